@@ -1,0 +1,30 @@
+#include "core/field/normals.h"
+
+namespace relit {
+namespace {
+
+// Difference quotient between the neighbours at a and b, in texels of height 1, around the centre.
+double slope_between(const HeightField& field, int i, int j, int di, int dj) {
+    const auto counts = [&](int x, int y) {
+        return x >= 0 && y >= 0 && x < field.width() && y < field.height() && field.is_solid(x, y);
+    };
+    const bool ahead = counts(i + di, j + dj);
+    const bool behind = counts(i - di, j - dj);
+    const double h_ahead = ahead ? field.heights.at(i + di, j + dj) : field.heights.at(i, j);
+    const double h_behind = behind ? field.heights.at(i - di, j - dj) : field.heights.at(i, j);
+    const int texels = int(ahead) + int(behind);
+    return texels == 0 ? 0 : (h_ahead - h_behind) / texels;
+}
+
+}  // namespace
+
+Slopes slopes_at(const HeightField& field, double relief, int i, int j) {
+    const double scale = relief * field.width();  // a texel is 1/width wide
+    return {scale * slope_between(field, i, j, 1, 0), scale * slope_between(field, i, j, 0, -1)};
+}
+
+Vec3 normal_from(Slopes slopes, double scale) {
+    return normalized({-scale * slopes.x, -scale * slopes.y, 1});
+}
+
+}  // namespace relit

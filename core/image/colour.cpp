@@ -1,0 +1,61 @@
+#include "core/image/colour.h"
+
+#include <cmath>
+
+namespace relit {
+
+float srgb_to_linear(float encoded) {
+    if (encoded <= 0.04045f) return encoded / 12.92f;
+    return float(std::pow((double(encoded) + 0.055) / 1.055, 2.4));
+}
+
+namespace {
+
+double srgb_formula(double linear) {
+    if (linear <= 0.0031308) return 12.92 * linear;
+    return 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+// The curve over sqrt(linear), where straight pieces of 1/4096 are within 1e-7 of it. A table,
+// because pow costs as much as a whole march per pixel, and because C libraries pick variants of it
+// by processor.
+constexpr int curve_steps = 4096;
+using Curve = std::array<float, curve_steps + 2>;
+
+const Curve& srgb_curve() {
+    static const Curve curve = [] {
+        Curve c{};
+        for (int i = 0; i < int(c.size()); ++i) {
+            const double s = double(i) / curve_steps;
+            c[i] = float(srgb_formula(s * s));
+        }
+        return c;
+    }();
+    return curve;
+}
+
+}  // namespace
+
+float linear_to_srgb(float linear) {
+    if (!(linear > 0)) return 0;
+    if (linear >= 1) return 1;
+    if (linear <= 0.0031308f) return 12.92f * linear;
+    const Curve& curve = srgb_curve();
+    const float position = std::sqrt(linear) * curve_steps;
+    const int i = int(position);
+    return curve[i] + (position - float(i)) * (curve[i + 1] - curve[i]);
+}
+
+Rgb shading_colour(const Colour& colour, Transfer transfer) {
+    const auto number = [&](double v) {
+        const float value = float(v);
+        return colour.hex && transfer == Transfer::srgb ? srgb_to_linear(value) : value;
+    };
+    return {number(colour.values[0]), number(colour.values[1]), number(colour.values[2])};
+}
+
+void decode_srgb(Image& image) {
+    for (float& value : image.values) value = srgb_to_linear(value);
+}
+
+}  // namespace relit

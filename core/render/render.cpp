@@ -1,0 +1,184 @@
+#include "core/render/render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "core/image/resample.h"
+#include "core/render/finish.h"
+#include "core/render/fringe.h"
+#include "core/render/shader.h"
+
+namespace relit {
+namespace {
+
+// Counts finished rows and tells the caller, one call at a time and never backwards.
+class Progress {
+public:
+    Progress(const std::function<void(double)>& told, int rows) : told_(told), rows_(rows) {}
+
+    void row_done() {
+        if (!told_) return;
+        const std::lock_guard lock(mutex_);
+        told_(double(++done_) / rows_);
+    }
+
+private:
+    const std::function<void(double)>& told_;
+    const int rows_;
+    int done_ = 0;
+    std::mutex mutex_;
+};
+
+int channels_of(Layer layer, const HeightField& field) {
+    if (is_scalar(layer)) return 1;
+    return field.alpha.empty() ? 3 : 4;
+}
+
+void store(float* out, Rgb colour) {
+    out[0] = colour.r;
+    out[1] = colour.g;
+    out[2] = colour.b;
+}
+
+// The numbers of `layer` at a solid texel, without alpha.
+void shade_texel(const Shader& shader, const HeightField& field, Layer layer, int i, int j,
+                 float* out) {
+    switch (layer) {
+        case Layer::beauty:
+            store(out, shader.beauty(i, j));
+            break;
+        case Layer::illumination:
+            *out = float(shader.illumination(i, j));
+            break;
+        case Layer::thickness:
+            *out = float(shader.thickness(i, j));
+            break;
+        case Layer::specular:
+            *out = float(shader.specular(i, j));
+            break;
+        case Layer::scatter:
+            *out = float(shader.scatter(i, j));
+            break;
+        case Layer::height:
+            *out = field.heights.at(i, j);
+            break;
+        case Layer::alpha:
+            *out = field.alpha.empty() ? 1 : field.alpha.at(i, j);
+            break;
+        case Layer::normal: {
+            const Vec3 n = shader.normal(i, j);
+            store(out, {float(0.5 * n.x + 0.5), float(0.5 * n.y + 0.5), float(0.5 * n.z + 0.5)});
+            break;
+        }
+    }
+}
+
+// Layers that are stored, not shaded: every texel has its own number.
+bool is_stored(Layer layer) { return layer == Layer::height || layer == Layer::alpha; }
+
+EnvironmentSampling environment_sampling(const Output& output) {
+    return output.accuracy == Accuracy::preview ? preview_environment : final_environment;
+}
+
+bool has_larger_environment(const Scene& scene, int texels) {
+    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
+        const auto* environment = std::get_if<EnvironmentLight>(&light);
+        return environment && environment->map->texels() > std::size_t(texels);
+    });
+}
+
+// `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
+Image shade(const Scene& scene, const Output& output, Rect part, const RenderControl& control) {
+    const HeightField& field = scene.field;
+    const Layer layer = output.layer;
+    const Shader shader(scene, output.transfer, environment_sampling(output));
+    std::optional<NearestSolid> nearest_solid;
+    if (!field.alpha.empty() && !is_stored(layer)) nearest_solid.emplace(field);
+
+    Image image(part.width, part.height, channels_of(layer, field));
+    Progress progress(control.progress, part.height);
+    const auto shade_pixel = [&](int i, int j, float* out) {
+        const float alpha = field.alpha.empty() ? 1 : field.alpha.at(i, j);
+        if (alpha == 0) return;  // colour and data are 0
+        std::optional<TexelIndex> source = TexelIndex{i, j};
+        if (nearest_solid && !field.is_solid(i, j)) source = nearest_solid->find(i, j);
+        if (source) shade_texel(shader, field, layer, source->i, source->j, out);
+        if (image.channels == 4) out[3] = alpha;
+    };
+    parallel_rows(control.executor, part.height, control.stop, [&](RowRange rows) {
+        for (int y = rows.begin; y < rows.end; ++y) {
+            for (int x = 0; x < part.width; ++x)
+                shade_pixel(part.x + x, part.y + y, &image.row(y)[std::size_t(x) * image.channels]);
+            progress.row_done();
+        }
+    });
+    return image;
+}
+
+// Thickness has no upper end: integer files hold it cut at 1.
+void cut_thickness(Image& image) {
+    for (float& r : image.values) r = std::min(r, 1.0f);
+}
+
+Image resized(Image image, Rect window, PictureSize size, const RenderControl& control) {
+    if (window == Rect{0, 0, size.width, size.height} && image.width == size.width &&
+        image.height == size.height)
+        return image;
+    associate_alpha(image);
+    image = resample(image, window, size.width, size.height, control.executor, control.stop);
+    if (image.channels == 4)
+        for (std::size_t n = 3; n < image.values.size(); n += 4)
+            image.values[n] = std::clamp(image.values[n], 0.0f, 1.0f);  // bicubic overshoot
+    unassociate_alpha(image);
+    for (float& v : image.values) v = std::max(v, 0.0f);
+    return image;
+}
+
+// A preview may shade fewer texels where the whole map is asked for at a smaller size of its own
+// shape.
+bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize size) {
+    const HeightField& field = scene.field;
+    const bool same_shape =
+        size.height == picture_size({.width = size.width}, field.width(), field.height()).height;
+    return output.accuracy == Accuracy::preview && !output.region && same_shape &&
+           size.width < field.width() && size.height < field.height();
+}
+
+Image render_part(const Scene& scene, const Output& output, PictureSize size,
+                  const RenderControl& control) {
+    const HeightField& field = scene.field;
+    const Rect window = output.region.value_or(Rect{0, 0, field.width(), field.height()});
+    assert(window.x >= 0 && window.y >= 0 && window.x + window.width <= field.width() &&
+           window.y + window.height <= field.height());
+    const Rect part =
+        resample_support(window, size.width, size.height, field.width(), field.height());
+    Image image = shade(scene, output, part, control);
+    if (output.layer == Layer::thickness && !output.linear) cut_thickness(image);
+    const Rect window_in_part{window.x - part.x, window.y - part.y, window.width, window.height};
+    return resized(std::move(image), window_in_part, size, control);
+}
+
+}  // namespace
+
+Picture render(const Scene& scene, const Output& output, const RenderControl& control) {
+    const PictureSize size = picture_size(output, scene.field.width(), scene.field.height());
+    Picture picture;
+    picture.coarse_map = may_shade_smaller_map(scene, output, size);
+    picture.coarse_environment = output.accuracy == Accuracy::preview &&
+                                 has_larger_environment(scene, preview_environment.max_texels);
+    if (picture.coarse_map) {
+        Scene small = scene;
+        small.field =
+            smaller_field(scene.field, size.width, size.height, control.executor, control.stop);
+        picture.pixels = render_part(small, output, size, control);
+    } else {
+        picture.pixels = render_part(scene, output, size, control);
+    }
+    if (output.layer == Layer::beauty)
+        finish_beauty(picture.pixels, output, control.executor, control.stop);
+    else finish_data(picture.pixels, output);
+    return picture;
+}
+
+}  // namespace relit
