@@ -1,0 +1,47 @@
+// Finished pictures -> bytes of a file: PNG (8/16), JPEG, WebP, OpenEXR (half/float). The last step
+// of a render; same picture and options, same bytes, whatever the machine's load or number of
+// threads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/image/image.h"
+
+namespace relit {
+
+enum class PictureFormat { png, jpeg, webp, exr };
+enum class Effort { fast, small };  ///< what the encoder spends its time on
+
+struct TextEntry {
+    std::string keyword;  ///< 1 to 79 Latin-1 characters
+    std::string text;     ///< UTF-8 without zero bytes
+};
+
+struct EncodeOptions {
+    PictureFormat format = PictureFormat::png;
+    int bit_depth = 8;  ///< png 8 or 16; jpeg and webp 8; exr 16 (half) or 32 (float)
+    int quality = 85;   ///< 1..100, jpeg and webp
+    Effort effort = Effort::fast;
+    /// The numbers are sRGB-encoded colour: marked so where the format can (not exr).
+    bool srgb = true;
+    /// png: tEXt chunks (iTXt for text beyond Latin-1); exr: string attributes; others: not
+    /// written.
+    std::vector<TextEntry> text = {};
+};
+
+/// Writes `picture` as a file.
+///
+/// @param picture  1 channel (grey), 2 (grey + alpha), 3 (RGB) or 4 (RGBA) channels, at least 1 x
+///                 1. Integer formats take numbers in [0, 1] (others are clipped, NaN is 0) and
+///                 unassociated alpha, and round to the nearest step; exr takes linear numbers as
+///                 they are, colour associated with alpha. jpeg has no alpha (asserted); webp has
+///                 no grey: it is written as three equal channels.
+/// @throws std::runtime_error when the encoder fails (out of memory), Error invalid_value when the
+///                 picture exceeds what the format can hold (jpeg 65500, webp 16383 pixels a side)
+/// Deterministic; safe from any thread.
+[[nodiscard]] std::string encode(const Image& picture, const EncodeOptions& options);
+
+[[nodiscard]] std::string media_type_of(PictureFormat format);  ///< "image/png", ..., "image/x-exr"
+
+}  // namespace relit
