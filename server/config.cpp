@@ -1,0 +1,166 @@
+#include "server/config.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <set>
+
+#include "server/routes/meta.h"
+
+namespace relit::server {
+namespace {
+
+constexpr std::string_view variables_of_others[] = {"RELIT_DATA", "RELIT_HTTPLIB_DIR"};
+
+std::filesystem::path default_data_dir() {
+    const auto variable = [](const char* name) {
+        const char* value = std::getenv(name);
+        return std::filesystem::path(value ? value : "");
+    };
+    if (const auto data = variable("XDG_DATA_HOME"); data.is_absolute()) return data / "relit";
+    return variable("HOME") / ".local" / "share" / "relit";
+}
+
+// "--max-queue" is read from RELIT_MAX_QUEUE too.
+std::string variable_of(const std::string& flag) {
+    std::string name = "RELIT_";
+    for (const char c : flag.substr(2)) name += c == '-' ? '_' : char(std::toupper(c));
+    return name;
+}
+
+// A row of the settings.
+template <typename Value>
+CLI::Option* setting(CLI::App& app, const std::string& flag, Value& value,
+                     const std::string& sentence) {
+    return app.add_option(flag, value, sentence)->envname(variable_of(flag))->capture_default_str();
+}
+
+// In bytes, or with a unit.
+CLI::Option* size_setting(CLI::App& app, const std::string& flag, std::size_t& value,
+                          const std::string& sentence) {
+    return setting(app, flag, value, sentence + ", in bytes or as 300MiB")
+        ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+        ->check(CLI::PositiveNumber);
+}
+
+CLI::Option* time_setting(CLI::App& app, const std::string& flag, std::chrono::seconds& value,
+                          const std::string& sentence) {
+    return app
+        .add_option_function<int>(
+            flag, [&value](int seconds) { value = std::chrono::seconds(seconds); },
+            sentence + ", in seconds")
+        ->envname(variable_of(flag))
+        ->default_str(std::to_string(value.count()))
+        ->check(CLI::Range(1, 86400));
+}
+
+void add_settings(CLI::App& app, Config& config) {
+    Limits& limits = config.limits;
+    const auto count = CLI::Range(1, 1'000'000);
+    const auto pixels = CLI::Range(std::int64_t(1), std::int64_t(1) << 40);
+    setting(app, "--host", config.host, "Address to listen on");
+    setting(app, "--port", config.port, "Port to listen on; 0: any free one")
+        ->check(CLI::Range(0, 65535));
+    setting(app, "--data-dir", config.data_dir, "Folder of the stored images, made if missing");
+    setting(app, "--threads", config.threads, "Threads that render; 0: one per processor")
+        ->check(CLI::Range(0, 1024));
+    setting(app, "--log-level", config.log_level, "How much to log")
+        ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
+
+    setting(app, "--max-connections", limits.max_connections, "Connections at once; more wait")
+        ->check(CLI::Range(1, 20'000));
+    setting(app, "--max-renders", limits.max_renders,
+            "Renders at once; 0: one for every two threads")
+        ->check(CLI::Range(0, 1024));
+    setting(app, "--max-queue", limits.max_queue,
+            "Renders that may wait; more are refused with 503")
+        ->check(CLI::Range(0, 1'000'000));
+    setting(app, "--max-decodes", limits.max_decodes, "Uploads decoded at once")
+        ->check(CLI::Range(1, 1024));
+
+    size_setting(app, "--max-head-bytes", limits.max_head_bytes,
+                 "Request line and headers together");
+    size_setting(app, "--max-uri-bytes", limits.max_uri_bytes, "A request's target");
+    setting(app, "--max-headers", limits.max_headers, "Headers of a request")->check(count);
+    size_setting(app, "--max-body-bytes", limits.max_body_bytes, "A request's body");
+    size_setting(app, "--max-image-bytes", limits.max_image_bytes, "An uploaded image");
+    size_setting(app, "--max-body-memory", limits.max_body_memory_bytes,
+                 "All bodies under way together");
+    setting(app, "--max-parts", limits.max_parts, "Parts of a form")->check(count);
+
+    setting(app, "--max-image-pixels", limits.max_image_pixels, "Pixels of an image")->check(pixels);
+    setting(app, "--max-environment-pixels", limits.max_environment_pixels,
+            "Pixels of an environment")
+        ->check(pixels);
+    setting(app, "--max-output-pixels", limits.max_output_pixels, "Pixels of a rendered picture")
+        ->check(pixels);
+    setting(app, "--max-lights", limits.max_lights, "Lights of a scene")->check(count);
+
+    time_setting(app, "--idle-timeout", limits.idle_timeout, "How long a connection may be idle");
+    time_setting(app, "--head-timeout", limits.head_timeout,
+                 "How long a request's head may take to arrive");
+    time_setting(app, "--read-timeout", limits.read_timeout, "Longest pause within a request");
+    time_setting(app, "--write-timeout", limits.write_timeout, "Longest pause within a reply");
+    size_setting(app, "--min-bytes-per-second", limits.min_bytes_per_second,
+                 "Slowest transfer of a body or reply, after write-timeout");
+    time_setting(app, "--render-timeout", limits.render_timeout,
+                 "From a request to its picture, queue included");
+    time_setting(app, "--stop-timeout", limits.stop_timeout,
+                 "For the requests under way when the server stops");
+}
+
+// @return the name of a RELIT_ variable that is nobody's
+std::optional<std::string> unknown_variable(const CLI::App& app, const char* const* environment) {
+    std::set<std::string, std::less<>> known(std::begin(variables_of_others),
+                                             std::end(variables_of_others));
+    for (const CLI::Option* option : app.get_options()) known.insert(option->get_envname());
+    for (; *environment; ++environment) {
+        const std::string_view entry = *environment;
+        const auto name = entry.substr(0, entry.find('='));
+        if (name.starts_with("RELIT_") && !known.contains(name)) return std::string(name);
+    }
+    return std::nullopt;
+}
+
+void list_settings(const CLI::App& app, Config& config) {
+    for (const CLI::Option* option : app.get_options()) {
+        if (option->get_envname().empty()) continue;
+        const auto value =
+            option->count() > 0 ? option->results().front() : option->get_default_str();
+        config.settings.emplace_back(option->get_single_name(), value);
+    }
+}
+
+}  // namespace
+
+ConfigOrExit read_config(int argc, const char* const* argv, const char* const* environment,
+                         std::ostream& out, std::ostream& err) {
+    ConfigOrExit result;
+    result.config.data_dir = default_data_dir();
+    CLI::App app("Relights height fields over HTTP.", "relitd");
+    app.set_version_flag("--version", "relitd " + std::string(version()));
+    app.get_formatter()->column_width(40);
+    add_settings(app, result.config);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        result.exit_status = app.exit(error, out, err) == 0 ? 0 : 2;
+        return result;
+    }
+    if (const auto name = unknown_variable(app, environment)) {
+        err << "relitd: the environment variable " << *name
+            << " is no setting; see relitd --help\n";
+        result.exit_status = 2;
+        return result;
+    }
+    list_settings(app, result.config);
+    return result;
+}
+
+int renders_at_once(const Config& config, int threads) {
+    return config.limits.max_renders > 0 ? config.limits.max_renders : std::max(1, threads / 2);
+}
+
+}  // namespace relit::server

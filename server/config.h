@@ -1,0 +1,49 @@
+// The settings of relitd: from flags, then from environment variables, else their defaults; nothing
+// hidden, and nothing unknown accepted.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/limits.h"
+
+namespace relit::server {
+
+struct Config {
+    std::string host = "127.0.0.1";
+    int port = 8080;  ///< 0: any free one
+    std::filesystem::path data_dir;
+    int threads = 0;  ///< 0: one per processor
+    std::string log_level = "info";
+    Limits limits;
+
+    std::vector<std::pair<std::string, std::string>>
+        settings;  ///< every flag and its value, for the log
+};
+
+/// What to do after reading the settings: run, or exit with a status because everything has been
+/// said.
+struct ConfigOrExit {
+    Config config;
+    std::optional<int> exit_status;  ///< 0 after --help and --version, 2 for what is not understood
+};
+
+/// Reads the settings.
+///
+/// @param environment  "NAME=value" as in `environ`, ended by a null pointer. Every RELIT_ variable
+///                     has to be a setting's or one of the few that are for others (RELIT_DATA:
+///                     data of the tests; RELIT_HTTPLIB_DIR: the build)
+/// @param out, err     take what --help and refusals have to say
+[[nodiscard]] ConfigOrExit read_config(int argc, const char* const* argv,
+                                       const char* const* environment, std::ostream& out,
+                                       std::ostream& err);
+
+/// How many renders run at once: max_renders, or one for every two threads (more only make each
+/// later).
+[[nodiscard]] int renders_at_once(const Config& config, int threads);
+
+}  // namespace relit::server

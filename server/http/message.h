@@ -1,0 +1,69 @@
+// Request and Reply as plain data: what handlers see of HTTP. The transport fills and sends them;
+// tests build them by hand and call a handler without a socket.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/shared_bytes.h"
+
+namespace relit::server {
+
+/// Header names compare without regard to case (RFC 9110, 5.1).
+struct HeaderLess {
+    using is_transparent = void;
+    bool operator()(std::string_view a, std::string_view b) const;
+};
+using Headers = std::map<std::string, std::string, HeaderLess>;
+
+/// One part of a multipart/form-data body (RFC 7578).
+struct Part {
+    std::string name;
+    std::string filename;      ///< empty: not a file
+    std::string content_type;  ///< empty: not said
+    std::string content;
+};
+
+struct Request {
+    std::string method;  ///< upper case; HEAD arrives as GET with `head` set
+    bool head = false;   ///< the reply's body will not be sent
+    std::string path;    ///< percent-decoded UTF-8, without the query
+    std::multimap<std::string, std::string> query;   ///< decoded
+    Headers headers;                                 ///< repeated ones joined by ", "
+    std::string body;                                ///< empty where `parts` is filled
+    std::vector<Part> parts;                         ///< of a multipart/form-data body, in order
+    std::map<std::string, std::string> path_params;  ///< filled by the route that matched
+    std::string id;                                  ///< names the request in log and reply
+    std::stop_token client_gone;  ///< set when the client closes its connection or the server stops
+    /// When the client is to have its answer at the latest.
+    std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+
+    [[nodiscard]] bool is_get() const { return method == "GET"; }
+    [[nodiscard]] std::optional<std::string> header(std::string_view name) const;
+    [[nodiscard]] std::optional<std::string> query_value(const std::string& name) const;
+};
+
+struct Reply {
+    int status = 200;
+    std::string content_type;
+    std::string body;
+    SharedBytes shared;                ///< sent instead of `body` where that is empty
+    Headers headers;                   ///< besides Content-Type and Content-Length
+    std::string_view error_code = {};  ///< of a problem document, for log and metrics
+
+    [[nodiscard]] std::string_view bytes() const { return body.empty() ? shared.bytes : body; }
+};
+
+/// Does If-None-Match name `etag` (RFC 9110, 13.1.2; weak comparison, `*` names every one)?
+[[nodiscard]] bool has_etag(const Request& request, std::string_view etag);
+
+/// 304 with the headers that a cache wants to see again.
+[[nodiscard]] Reply not_modified(std::string_view etag, std::string_view cache_control);
+
+}  // namespace relit::server

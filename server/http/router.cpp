@@ -1,0 +1,164 @@
+#include "server/http/router.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <new>
+#include <optional>
+#include <random>
+#include <set>
+
+#include "server/error_codes.h"
+#include "server/http/problem.h"
+
+namespace relit::server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::vector<std::string_view> segments_of(std::string_view path) {
+    std::vector<std::string_view> segments;
+    for (;;) {
+        const auto slash = path.find('/');
+        segments.push_back(path.substr(0, slash));
+        if (slash == std::string_view::npos) return segments;
+        path.remove_prefix(slash + 1);
+    }
+}
+
+bool is_parameter(std::string_view segment) {
+    return segment.starts_with('{') && segment.ends_with('}');
+}
+
+bool fits(const std::vector<std::string_view>& pattern, const std::vector<std::string_view>& path) {
+    return std::equal(pattern.begin(), pattern.end(), path.begin(), path.end(),
+                      [](std::string_view wanted, std::string_view segment) {
+                          return is_parameter(wanted) ? !segment.empty() : wanted == segment;
+                      });
+}
+
+PathParams params_of(const std::vector<std::string_view>& pattern,
+                     const std::vector<std::string_view>& path) {
+    PathParams params;
+    for (std::size_t i = 0; i < pattern.size(); ++i)
+        if (is_parameter(pattern[i]))
+            params.emplace(pattern[i].substr(1, pattern[i].size() - 2), path[i]);
+    return params;
+}
+
+// A path in the log: no control characters, no terminal escapes, no more than a line.
+std::string loggable(std::string_view path) {
+    std::string text;
+    for (const char c : path.substr(0, 200)) text += c >= 0x20 && c != 0x7f && c != ' ' ? c : '?';
+    return path.size() > 200 ? text + "..." : text;
+}
+
+void finish(const Request& request, Reply& reply, Clock::time_point start) {
+    reply.headers.insert_or_assign("Relit-Request-Id", request.id);
+    reply.headers.emplace("X-Content-Type-Options", "nosniff");
+    const std::chrono::duration<double, std::milli> took = Clock::now() - start;
+    spdlog::info("request id={} method={} path={} status={} bytes={} ms={:.2f}{}{}", request.id,
+                 request.head ? std::string_view("HEAD") : std::string_view(request.method),
+                 loggable(request.path), reply.status, reply.bytes().size(), took.count(),
+                 reply.error_code.empty() ? "" : " error=", reply.error_code);
+}
+
+Reply answer_error(const Router& router, const Request& request, const Error& error) {
+    Reply reply = problem_reply(error);
+    if (error.code == error_code::method_not_allowed)
+        reply.headers.emplace("Allow", router.allowed_methods(request.path));
+    return reply;
+}
+
+Reply answer_options(const Router& router, const Request& request) {
+    const auto allowed = router.allowed_methods(request.path);
+    if (allowed.empty()) throw Error(error_code::not_found, "There is nothing at this path.");
+    Reply reply;
+    reply.status = 204;
+    reply.headers.emplace("Allow", allowed);
+    return reply;
+}
+
+Reply call_handler(const Router& router, Request& request, Services& services) {
+    if (request.method == "OPTIONS") return answer_options(router, request);
+    auto [route, params] = router.match(request.method, request.path);
+    request.path_params = std::move(params);
+    return route.handler(request, services);
+}
+
+}  // namespace
+
+Router::Router(const std::vector<Route>& routes) {
+    for (const Route& route : routes) entries_.push_back({route, segments_of(route.pattern)});
+    const auto parameters = [](const Entry& entry) {
+        return std::count_if(entry.segments.begin(), entry.segments.end(), is_parameter);
+    };
+    std::stable_sort(entries_.begin(), entries_.end(),
+                     [&](const Entry& a, const Entry& b) { return parameters(a) < parameters(b); });
+}
+
+Router::Match Router::match(std::string_view method, std::string_view path) const {
+    const auto segments = segments_of(path);
+    bool path_exists = false;
+    for (const Entry& entry : entries_) {
+        if (!fits(entry.segments, segments)) continue;
+        path_exists = true;
+        if (entry.route.method == method) return {entry.route, params_of(entry.segments, segments)};
+    }
+    if (!path_exists) throw Error(error_code::not_found, "There is nothing at this path.");
+    throw Error(error_code::method_not_allowed,
+                "The method does not apply to this path; it takes " + allowed_methods(path) + ".");
+}
+
+std::string Router::allowed_methods(std::string_view path) const {
+    const auto segments = segments_of(path);
+    std::set<std::string_view> methods;
+    for (const Entry& entry : entries_)
+        if (path == "*" || fits(entry.segments, segments)) methods.insert(entry.route.method);
+    if (methods.empty()) return {};
+    methods.insert("OPTIONS");
+    if (methods.contains("GET")) methods.insert("HEAD");
+    std::string list;
+    for (const auto method : methods) list.append(list.empty() ? "" : ", ").append(method);
+    return list;
+}
+
+Reply dispatch(const Router& router, Request request, Services& services) {
+    const auto start = Clock::now();
+    Reply reply;
+    try {
+        reply = call_handler(router, request, services);
+    } catch (const Error& error) {
+        reply = answer_error(router, request, error);
+    } catch (const std::bad_alloc&) {
+        spdlog::error("request id={} ran out of memory", request.id);
+        reply = problem_reply({error_code::memory_full, "The server is out of memory for now."});
+    } catch (const std::exception& error) {
+        spdlog::error("request id={} failed: {}", request.id, error.what());
+        reply = problem_reply({error_code::internal, "The server failed to answer."});
+    } catch (...) {
+        spdlog::error("request id={} failed", request.id);
+        reply = problem_reply({error_code::internal, "The server failed to answer."});
+    }
+    finish(request, reply, start);
+    return reply;
+}
+
+Reply refuse(const Router& router, const Request& request, const Error& error) {
+    Reply reply = answer_error(router, request, error);
+    finish(request, reply, Clock::now());
+    return reply;
+}
+
+std::string new_request_id() {
+    static const auto run = [] {
+        std::random_device device;
+        return (std::uint64_t(device()) << 32) | device();
+    }();
+    static std::atomic<std::uint64_t> count{0};
+    return fmt::format("{:012x}-{:x}", run & 0xffffffffffff, ++count);
+}
+
+}  // namespace relit::server

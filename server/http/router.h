@@ -1,0 +1,67 @@
+// From method and path to a handler, and from what a handler returns or throws to the reply. One
+// table of routes, no regular expressions; the transport asks the router before it reads a body.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "server/http/message.h"
+
+namespace relit::server {
+
+struct Services;
+
+using Handler = Reply (*)(const Request&, Services&);
+
+/// One row of the table.
+struct Route {
+    std::string_view method;  ///< "GET" answers HEAD too
+    std::string_view pattern;  ///< "/v1/images/{id}/content": a name in braces takes one whole segment
+    Handler handler = nullptr;
+    std::size_t max_body_bytes = 0;    ///< refused from the Content-Length on, or when counted
+    std::string_view limit_name = {};  ///< the setting behind max_body_bytes, for the refusal
+};
+
+using PathParams = std::map<std::string, std::string>;
+
+/// The table. Its order does not matter: a literal segment goes before a parameter.
+class Router {
+public:
+    explicit Router(const std::vector<Route>& routes);
+
+    struct Match {
+        const Route& route;
+        PathParams params;
+    };
+
+    /// The route of a request.
+    /// @throws Error not_found (no pattern fits), method_not_allowed (one fits, with other methods)
+    [[nodiscard]] Match match(std::string_view method, std::string_view path) const;
+
+    /// What `Allow` lists for a path, "GET, HEAD, OPTIONS, POST"; empty where there is no such
+    /// path.
+    [[nodiscard]] std::string allowed_methods(std::string_view path) const;
+
+private:
+    struct Entry {
+        Route route;
+        std::vector<std::string_view> segments;
+    };
+    std::vector<Entry> entries_;
+};
+
+/// Answers a request: match, call the handler, turn what it throws into a problem document. OPTIONS
+/// is answered here with `Allow`. Every reply carries `Relit-Request-Id`; every request is one line
+/// of the log.
+[[nodiscard]] Reply dispatch(const Router& router, Request request, Services& services);
+
+/// Answers a request that is refused before a handler sees it, with the same headers and log line.
+[[nodiscard]] Reply refuse(const Router& router, const Request& request, const Error& error);
+
+/// A name for a request, different for each within and between runs of the server.
+[[nodiscard]] std::string new_request_id();
+
+}  // namespace relit::server

@@ -1,0 +1,45 @@
+// Every cap of the server in one struct: what a request may cost before it is refused. The names of
+// the settings (server/config.cpp) are these names with dashes; an error about a limit names it so.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace relit::server {
+
+struct Limits {
+    // What a request may bring.
+    std::size_t max_head_bytes = 32 << 10;  ///< request line and headers
+    std::size_t max_uri_bytes = 16 << 10;   ///< the request line's target
+    int max_headers = 100;
+    std::size_t max_image_bytes = 256u << 20;      ///< one image file
+    std::size_t max_body_bytes = 320u << 20;       ///< any body, all parts of a form together
+    std::size_t max_body_memory_bytes = 1u << 30;  ///< bodies of all requests in flight
+    int max_parts = 80;                            ///< of a multipart/form-data body
+
+    // What images and scenes may ask for.
+    std::int64_t max_image_pixels = 64LL << 20;
+    std::int64_t max_environment_pixels = 32LL << 20;
+    std::int64_t max_output_pixels = 64LL << 20;
+    int max_lights = 64;
+
+    // How much goes on at once.
+    int max_connections = 256;
+    int max_renders = 0;  ///< 0: one for every two threads
+    int max_queue = 64;  ///< renders that wait, and apart from them uploads that wait to be decoded
+    int max_decodes =
+        1;  ///< uploads checked at once: each may take three times its pixels in memory
+
+    // How long things may take.
+    std::chrono::seconds idle_timeout{20};   ///< between two requests of a connection
+    std::chrono::seconds head_timeout{10};   ///< from a head's first byte to its last
+    std::chrono::seconds read_timeout{5};    ///< between two pieces of a request
+    std::chrono::seconds write_timeout{10};  ///< between two pieces of a reply
+    std::size_t min_bytes_per_second =
+        32 << 10;  ///< of a body or reply, on average, after write_timeout
+    std::chrono::seconds render_timeout{60};  ///< from the arrival of a request to its picture
+    std::chrono::seconds stop_timeout{20};    ///< for the requests under way when the server stops
+};
+
+}  // namespace relit::server

@@ -1,0 +1,155 @@
+// relitd: the settings, the services and the transport put together; and how it stops.
+#include <poll.h>
+#include <pthread.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <thread>
+
+#include "server/config.h"
+#include "server/http/server.h"
+#include "server/routes/images.h"
+#include "server/routes/routes.h"
+
+extern char** environ;  // NOLINT: POSIX declares it nowhere
+
+namespace relit::server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void start_log(const Config& config) {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("relitd"));
+    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
+    spdlog::set_level(
+        spdlog::level::from_str(config.log_level == "error" ? "err" : config.log_level));
+    std::string settings;
+    for (const auto& [name, value] : config.settings)
+        settings += fmt::format(" {}={}", name, value);
+    spdlog::info("settings{}", settings);
+}
+
+// One descriptor per connection, and some for files.
+void raise_descriptor_limit() {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+// Signals come as data to the main thread. Before the first thread is made: all inherit this.
+int block_stop_signals() {
+    sigset_t signals;
+    ::sigemptyset(&signals);
+    ::sigaddset(&signals, SIGINT);
+    ::sigaddset(&signals, SIGTERM);
+    ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    return ::signalfd(-1, &signals, SFD_CLOEXEC);
+}
+
+enum class Event { signal, finished, timeout };
+
+Event wait_for_event(int signals, int finished, std::optional<Clock::time_point> deadline) {
+    pollfd waiting[2] = {{.fd = signals, .events = POLLIN, .revents = 0},
+                         {.fd = finished, .events = POLLIN, .revents = 0}};
+    for (;;) {
+        int timeout_ms = -1;
+        if (deadline) {
+            const auto left =
+                std::chrono::ceil<std::chrono::milliseconds>(*deadline - Clock::now());
+            timeout_ms = int(std::max<long long>(0, left.count()));
+        }
+        const int ready = ::poll(waiting, 2, timeout_ms);
+        if (ready < 0) continue;
+        if (waiting[1].revents != 0) return Event::finished;
+        if (ready == 0) return Event::timeout;
+        signalfd_siginfo info{};
+        if (::read(signals, &info, sizeof info) == ssize_t(sizeof info)) return Event::signal;
+    }
+}
+
+[[noreturn]] void exit_at_once(int status) {
+    spdlog::default_logger()->flush();
+    std::_Exit(status);  // threads are still at work; what is stored is whole at any moment
+}
+
+// After the first signal: the requests under way get their time, then are cancelled, then cut off.
+void stop_gracefully(Server& server, int signals, int finished, std::chrono::seconds stop_timeout) {
+    spdlog::info("stopping: finishing the requests under way, at most {} s", stop_timeout.count());
+    server.stop();
+    auto event = wait_for_event(signals, finished, Clock::now() + stop_timeout);
+    if (event == Event::timeout) {
+        spdlog::warn("stopping: cancelling what is not finished");
+        server.cancel();
+        event = wait_for_event(signals, finished, Clock::now() + std::chrono::seconds(2));
+    }
+    if (event == Event::finished) return;
+    spdlog::warn("stopping at once");
+    server.cut();
+    exit_at_once(event == Event::signal ? 1 : 0);
+}
+
+// @return the exit status
+int serve_until_stopped(Server& server, int signals, const Config& config) {
+    const int finished = ::eventfd(0, EFD_CLOEXEC);
+    bool failed = false;
+    std::thread serving([&] {
+        try {
+            server.serve();
+        } catch (const std::exception& error) {
+            spdlog::critical("{}", error.what());
+            failed = true;
+        }
+        ::eventfd_write(finished, 1);
+    });
+    if (wait_for_event(signals, finished, std::nullopt) == Event::signal)
+        stop_gracefully(server, signals, finished, config.limits.stop_timeout);
+    serving.join();
+    ::close(finished);
+    spdlog::info("stopped");
+    return failed ? 1 : 0;
+}
+
+int run(const Config& config, int signals) {
+    const Limits& limits = config.limits;
+    ImageStore images(config.data_dir, decode_limits(limits));
+    Executor executor(config.threads);
+    RenderSlots renders({.max_running = renders_at_once(config, executor.threads()),
+                         .max_waiting = limits.max_queue});
+    RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
+    Services services{images, renders, decodes, executor, limits};
+    const Router router(routes(limits));
+    Server server(router, services, limits);
+    const int port = server.bind(config.host, config.port);
+    const bool is_ipv6 = config.host.find(':') != std::string::npos;
+    std::printf("relitd listens on http://%s%s%s:%d\n", is_ipv6 ? "[" : "", config.host.c_str(),
+                is_ipv6 ? "]" : "", port);
+    std::fflush(stdout);
+    return serve_until_stopped(server, signals, config);
+}
+
+}  // namespace
+}  // namespace relit::server
+
+int main(int argc, char** argv) {
+    using namespace relit::server;
+    const auto [config, exit_status] = read_config(argc, argv, environ, std::cout, std::cerr);
+    if (exit_status) return *exit_status;
+    const int signals = block_stop_signals();
+    raise_descriptor_limit();
+    try {
+        start_log(config);
+        return run(config, signals);
+    } catch (const std::exception& error) {
+        std::cerr << "relitd: " << error.what() << '\n';
+        return 1;
+    }
+}

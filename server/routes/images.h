@@ -1,0 +1,19 @@
+// Images: stored once under the hash of their bytes, so that a client may upload blindly and refer
+// by id.
+#pragma once
+
+#include "server/http/message.h"
+#include "server/services.h"
+
+namespace relit::server {
+
+Reply put_image(const Request& request, Services& services);  ///< POST /v1/images
+Reply get_image(const Request& request, Services& services);  ///< GET /v1/images/{id}
+Reply get_image_content(const Request& request,
+                        Services& services);                     ///< GET /v1/images/{id}/content
+Reply delete_image(const Request& request, Services& services);  ///< DELETE /v1/images/{id}
+
+/// What a decoder may be asked for under the server's limits.
+[[nodiscard]] DecodeLimits decode_limits(const Limits& limits);
+
+}  // namespace relit::server

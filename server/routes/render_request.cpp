@@ -1,0 +1,79 @@
+#include "server/routes/render_request.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "core/render/render.h"
+#include "server/error_codes.h"
+#include "server/schema/base64.h"
+#include "server/schema/scene_json.h"
+#include "server/storage/sha256.h"
+
+namespace relit::server {
+namespace {
+
+const Part* find_part(const Request& request, std::string_view name) {
+    for (const Part& part : request.parts)
+        if (part.name == name) return &part;
+    return nullptr;
+}
+
+std::string scene_of_query(const Request& request) {
+    for (const auto& [name, value] : request.query)
+        if (name != "scene")
+            throw Error(error_code::unknown_field,
+                        fmt::format("there is no parameter '{}' here; 'scene' is", name));
+    if (request.query.size() > 1)
+        throw Error(error_code::duplicate_field, "the parameter 'scene' is there twice");
+    const auto encoded = request.query_value("scene");
+    if (!encoded) throw Error(error_code::missing_field, "the parameter 'scene' is missing");
+    auto scene = decode_base64url(*encoded);
+    if (!scene)
+        throw Error(error_code::malformed_request, "the parameter 'scene' is not base64url");
+    return std::move(*scene);
+}
+
+std::string scene_of(const Request& request) {
+    if (request.is_get()) return scene_of_query(request);
+    if (request.parts.empty()) return request.body;
+    const Part* part = find_part(request, "scene");
+    if (!part) throw Error(error_code::missing_field, "the form has no part 'scene'");
+    return part->content;
+}
+
+// The bytes of an image that came along.
+std::string brought_bytes(const ImageSource& source, const Request& request) {
+    if (source.kind == ImageSource::Kind::part) {
+        const Part* part = find_part(request, source.text);
+        if (!part)
+            throw Error(error_code::invalid_value, "the request has no part of this name",
+                        source.pointer);
+        return part->content;
+    }
+    auto bytes = decode_base64(source.text);
+    if (!bytes) throw Error(error_code::invalid_value, "is not base64", source.pointer);
+    return std::move(*bytes);
+}
+
+}  // namespace
+
+RenderRequest parse_render_request(const Request& request, const Limits& limits) {
+    RenderRequest result;
+    result.scene = parse_scene(scene_of(request), limits.max_lights);
+    for_each_image(result.scene, [&](ImageSource& source) {
+        if (source.kind == ImageSource::Kind::image) return;
+        std::string bytes = brought_bytes(source, request);
+        source.kind = ImageSource::Kind::image;
+        source.text = sha256_hex(bytes);
+        result.brought[source.text] = std::move(bytes);
+    });
+    result.scene_text = scene_json(result.scene);
+    return result;
+}
+
+std::string etag_of(const RenderRequest& request) {
+    const std::string all =
+        fmt::format("{}\n{}\n{}", request.scene_text, RELIT_VERSION, picture_revision);
+    return '"' + sha256_hex(all).substr(0, 32) + '"';
+}
+
+}  // namespace relit::server

@@ -1,0 +1,13 @@
+// The table of everything the server answers: method, pattern, handler, and what a body may weigh.
+#pragma once
+
+#include <vector>
+
+#include "server/http/router.h"
+#include "server/limits.h"
+
+namespace relit::server {
+
+[[nodiscard]] std::vector<Route> routes(const Limits& limits);
+
+}  // namespace relit::server

@@ -1,0 +1,170 @@
+#include "server/scenes/scene_loading.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/image/channels.h"
+#include "core/io/decode.h"
+#include "server/error_codes.h"
+
+namespace relit::server {
+namespace {
+
+bool is_unsigned_integer(SampleType type) {
+    return type == SampleType::uint8 || type == SampleType::uint16 || type == SampleType::uint32;
+}
+
+// Runs `step`; an Error that names no field yet is about this image.
+template <class Step>
+auto blaming(const ImageSource& source, const Step& step) {
+    try {
+        return step();
+    } catch (const Error& e) {
+        throw Error(e.code, e.what(), e.pointer.empty() ? source.pointer : e.pointer);
+    }
+}
+
+DecodedImage decoded(const ImageSource& source, const FindImage& find, const Limits& limits) {
+    return blaming(source, [&] {
+        DecodeLimits decode_limits;
+        decode_limits.max_pixels = limits.max_image_pixels;
+        return decode(find(source).bytes, decode_limits);
+    });
+}
+
+// Integer colour images are sRGB-encoded, unless every number is to be used as it is.
+bool is_encoded(const DecodedImage& image, Transfer transfer) {
+    return is_unsigned_integer(image.info.type) && transfer == Transfer::srgb;
+}
+
+HeightField height_field(const SceneDescription& description, const FindImage& find,
+                         const Limits& limits, const Executor& executor) {
+    const DecodedImage heights = decoded(description.height, find, limits);
+    HeightField field = blaming(description.height, [&] {
+        return height_field_from(heights.image, heights.info.has_alpha,
+                                 is_unsigned_integer(heights.info.type));
+    });
+    if (description.alpha) {
+        const DecodedImage alpha = decoded(*description.alpha, find, limits);
+        set_alpha(field, alpha.image, alpha.info.has_alpha, executor);
+    }
+    if (description.albedo) {
+        const DecodedImage albedo = decoded(*description.albedo, find, limits);
+        set_albedo(field, albedo.image, albedo.info.has_alpha,
+                   is_encoded(albedo, description.output.picture.transfer), executor);
+    }
+    return field;
+}
+
+std::shared_ptr<const Image> environment_map(const ImageSource& source, Transfer transfer,
+                                             const FindImage& find, const Limits& limits) {
+    const DecodedImage image = decoded(source, find, limits);
+    if (std::int64_t(image.info.width) * image.info.height > limits.max_environment_pixels)
+        throw Error(error_code::image_too_large,
+                    fmt::format("the environment is {} x {} pixels; the limit is {} pixels "
+                                "(max-environment-pixels)",
+                                image.info.width, image.info.height, limits.max_environment_pixels),
+                    source.pointer);
+    Image map = rgb_channels(image.image, image.info.has_alpha);
+    if (!std::all_of(map.values.begin(), map.values.end(), [](float v) { return std::isfinite(v); }))
+        throw Error(error_code::invalid_value,
+                    "the environment has texels that are not finite numbers", source.pointer);
+    if (is_encoded(image, transfer)) decode_srgb(map);
+    // Filters leave small negative numbers at bright edges; there is no negative light.
+    for (float& v : map.values) v = std::max(v, 0.0f);
+    return std::make_shared<const Image>(std::move(map));
+}
+
+Light light_from(const LightDescription& description, Transfer transfer, const FindImage& find,
+                 const Limits& limits) {
+    if (const auto* point = std::get_if<PointLight>(&description)) return *point;
+    if (const auto* sun = std::get_if<DirectionalLight>(&description)) return *sun;
+    const auto& environment = std::get<EnvironmentDescription>(description);
+    EnvironmentLight light = environment.light;
+    light.map = environment_map(environment.image, transfer, find, limits);
+    return light;
+}
+
+void check_region(const Output& output, const HeightField& field) {
+    if (!output.region) return;
+    const Rect r = *output.region;
+    if (r.x + r.width > field.width() || r.y + r.height > field.height())
+        throw Error(
+            error_code::invalid_value,
+            fmt::format("reaches beyond the map of {} x {} texels", field.width(), field.height()),
+            "/output/region");
+}
+
+// The longest side that a file format can hold.
+int max_side(PictureFormat format) {
+    switch (format) {
+        case PictureFormat::jpeg:
+            return 65500;
+        case PictureFormat::webp:
+            return 16383;
+        case PictureFormat::png:
+        case PictureFormat::exr:
+            break;
+    }
+    return 1 << 20;
+}
+
+void check_size(const OutputDescription& output, const HeightField& field, const Limits& limits) {
+    const PictureSize size = picture_size(output.picture, field.width(), field.height());
+    if (std::int64_t(size.width) * size.height > limits.max_output_pixels)
+        throw Error(
+            error_code::invalid_value,
+            fmt::format(
+                "the picture would be {} x {} pixels; the limit is {} pixels (max-output-pixels)",
+                size.width, size.height, limits.max_output_pixels),
+            output.picture.width ? "/output/width" : "/output/height");
+    const int longest = std::max(size.width, size.height);
+    if (longest > max_side(output.format))
+        throw Error(error_code::invalid_value,
+                    fmt::format("the picture would be {} pixels long; this format holds {} at most",
+                                longest, max_side(output.format)),
+                    "/output/format");
+}
+
+}  // namespace
+
+Scene load_scene(const SceneDescription& description, const FindImage& find, const Limits& limits,
+                 const Executor& executor) {
+    Scene scene;
+    scene.field = height_field(description, find, limits, executor);
+    check_region(description.output.picture, scene.field);
+    check_size(description.output, scene.field, limits);
+    scene.relief = description.relief;
+    scene.base = description.base;
+    scene.normal_scale = description.normal_scale;
+    scene.material = description.material;
+    scene.lights.clear();
+    for (const LightDescription& light : description.lights)
+        scene.lights.push_back(light_from(light, description.output.picture.transfer, find, limits));
+    return scene;
+}
+
+Output picture_output(const OutputDescription& output) {
+    Output picture = output.picture;
+    picture.linear = output.format == PictureFormat::exr;
+    // JPEG has no alpha: what shines through is black.
+    if (output.format == PictureFormat::jpeg && !picture.background)
+        picture.background = hex_colour(0, 0, 0);
+    return picture;
+}
+
+EncodeOptions encode_options(const OutputDescription& output, std::string scene_text) {
+    EncodeOptions options;
+    options.format = output.format;
+    options.bit_depth = bit_depth_of(output);
+    options.quality = output.quality;
+    options.effort = output.effort;
+    options.srgb =
+        output.picture.layer == Layer::beauty && output.picture.transfer == Transfer::srgb;
+    options.text = {{"relit-scene", std::move(scene_text)}};
+    return options;
+}
+
+}  // namespace relit::server

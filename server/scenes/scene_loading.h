@@ -1,0 +1,36 @@
+// SceneDescription -> Scene: the images that a description names, found, decoded, checked and given
+// their meaning. For everything that renders described scenes, over HTTP or not. Source: api.md, "A
+// scene".
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include "core/render/scene.h"
+#include "server/limits.h"
+#include "server/schema/description.h"
+#include "server/shared_bytes.h"
+
+namespace relit::server {
+
+/// The bytes of an image. @throws Error not_found
+using FindImage = std::function<SharedBytes(const ImageSource&)>;
+
+/// Loads what `description` names. Afterwards the scene and `description.output.picture` meet
+/// render()'s preconditions.
+///
+/// @throws Error what `find` throws; image_not_supported, image_broken, image_too_large;
+///         invalid_value for a region or a size that the map does not allow. `pointer` names the
+///         field
+[[nodiscard]] Scene load_scene(const SceneDescription& description, const FindImage& find,
+                               const Limits& limits, const Executor& executor);
+
+/// The picture that render() is to make for the file that is asked for.
+[[nodiscard]] Output picture_output(const OutputDescription& output);
+
+/// How that file is to be written.
+/// @param scene_text  the scene's JSON, kept in formats that can hold it
+[[nodiscard]] EncodeOptions encode_options(const OutputDescription& output, std::string scene_text);
+
+}  // namespace relit::server

@@ -1,0 +1,104 @@
+#include "server/schema/strict_json.h"
+
+#include <set>
+
+#include "server/error_codes.h"
+
+namespace relit::server {
+namespace {
+
+constexpr std::size_t max_depth = 64;
+
+// Follows the parser through the text: where it is, and which keys each open object has had.
+class Place {
+public:
+    bool operator()(int /*depth*/, Json::parse_event_t event, Json& parsed) {
+        using Event = Json::parse_event_t;
+        switch (event) {
+            case Event::object_start:
+                open(false);
+                break;
+            case Event::array_start:
+                open(true);
+                break;
+            case Event::key:
+                enter_key(parsed.get_ref<const std::string&>());
+                break;
+            case Event::object_end:
+            case Event::array_end:
+                levels_.pop_back();
+                value_done();
+                break;
+            case Event::value:
+                value_done();
+                break;
+        }
+        return true;
+    }
+
+    [[nodiscard]] std::string pointer() const {
+        std::string pointer;
+        for (const Level& level : levels_)
+            pointer +=
+                '/' + (level.is_array ? std::to_string(level.index) : pointer_token(level.key));
+        return pointer;
+    }
+
+private:
+    struct Level {
+        bool is_array = false;
+        std::size_t index = 0;
+        std::string key;
+        std::set<std::string, std::less<>> keys;
+    };
+
+    void open(bool is_array) {
+        if (levels_.size() >= max_depth)
+            throw Error(error_code::malformed_json,
+                        "the JSON is nested deeper than " + std::to_string(max_depth) + " levels",
+                        pointer());
+        levels_.push_back({is_array, 0, {}, {}});
+    }
+
+    void enter_key(const std::string& key) {
+        Level& level = levels_.back();
+        level.key = key;
+        if (!level.keys.insert(key).second)
+            throw Error(error_code::duplicate_field, "the field '" + key + "' is there twice",
+                        pointer());
+    }
+
+    void value_done() {
+        if (!levels_.empty() && levels_.back().is_array) ++levels_.back().index;
+    }
+
+    std::vector<Level> levels_;
+};
+
+}  // namespace
+
+Json parse_json(std::string_view text) {
+    Place place;
+    try {
+        return Json::parse(text, [&](int depth, Json::parse_event_t event, Json& parsed) {
+            return place(depth, event, parsed);
+        });
+    } catch (const Json::parse_error& e) {
+        throw Error(error_code::malformed_json,
+                    "the text is not JSON: reading stopped at byte " + std::to_string(e.byte));
+    } catch (const Json::out_of_range&) {
+        throw Error(error_code::invalid_value, "the number is too large", place.pointer());
+    }
+}
+
+std::string pointer_token(std::string_view key) {
+    std::string token;
+    for (const char c : key) {
+        if (c == '~') token += "~0";
+        else if (c == '/') token += "~1";
+        else token += c;
+    }
+    return token;
+}
+
+}  // namespace relit::server

@@ -1,0 +1,82 @@
+#include "server/storage/files.h"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "server/error_codes.h"
+
+namespace relit::server {
+
+File::~File() {
+    if (is_open()) ::close(descriptor_);
+}
+
+void fail_storage(std::string_view doing) {
+    const int error = errno;
+    spdlog::error("storage: {}: {}", doing, std::strerror(error));
+    if (error == ENOSPC || error == EDQUOT || error == EFBIG)
+        throw Error(error_code::storage_full, "There is no room left to store images.");
+    throw Error(error_code::storage_failed, "The stored images cannot be read or written now.");
+}
+
+TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_view bytes) {
+    std::string name = (folder / "XXXXXX").string();
+    const File file(::mkostemp(name.data(), O_CLOEXEC));
+    if (!file.is_open()) fail_storage("make a temporary file");
+    const auto fail = [&](std::string_view doing) {
+        const int error = errno;
+        ::unlink(name.c_str());
+        errno = error;
+        fail_storage(doing);
+    };
+    while (!bytes.empty()) {
+        const auto written = ::write(file.descriptor(), bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) fail("write");
+        bytes.remove_prefix(std::size_t(written));
+    }
+    if (::fsync(file.descriptor()) != 0) fail("sync a file");
+    name_ = std::move(name);
+}
+
+TemporaryFile::~TemporaryFile() {
+    if (!name_.empty()) ::unlink(name_.c_str());
+}
+
+void TemporaryFile::rename_to(const std::filesystem::path& path) {
+    if (std::rename(name_.c_str(), path.c_str()) != 0) fail_storage("rename");
+    name_.clear();
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+    const File file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!file.is_open() || ::fsync(file.descriptor()) != 0) fail_storage("sync a folder");
+}
+
+std::optional<SharedBytes> map_file(const std::filesystem::path& path) {
+    const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file.is_open()) {
+        if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+        fail_storage("open");
+    }
+    struct stat status {};
+    if (::fstat(file.descriptor(), &status) != 0) fail_storage("look at a file");
+    const auto size = std::size_t(status.st_size);
+    if (size == 0) return SharedBytes{};
+    void* const data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.descriptor(), 0);
+    if (data == MAP_FAILED) fail_storage("map a file");
+    return SharedBytes{
+        std::shared_ptr<const void>(
+            data, [size](const void* mapped) { ::munmap(const_cast<void*>(mapped), size); }),
+        {static_cast<const char*>(data), size}};
+}
+
+}  // namespace relit::server

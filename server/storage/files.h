@@ -1,0 +1,55 @@
+// System calls on files with our errors: for the operator where a folder cannot be used, for the
+// client (without a path) where an image cannot be stored.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/shared_bytes.h"
+
+namespace relit::server {
+
+/// A descriptor that closes itself.
+class File {
+public:
+    explicit File(int descriptor) : descriptor_(descriptor) {}
+    ~File();
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+    [[nodiscard]] int descriptor() const { return descriptor_; }
+    [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+
+private:
+    int descriptor_;
+};
+
+/// A file under a temporary name; deleted unless it is renamed.
+class TemporaryFile {
+public:
+    /// Writes all of `bytes` to a new file in `folder` and syncs it.
+    /// @throws Error storage_full, storage_failed
+    TemporaryFile(const std::filesystem::path& folder, std::string_view bytes);
+    ~TemporaryFile();
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    /// Gives it its name, over what is there, within the file system.
+    /// @throws Error storage_full, storage_failed
+    void rename_to(const std::filesystem::path& path);
+
+private:
+    std::string name_;  // empty once renamed
+};
+
+/// Makes the names in a folder durable. @throws Error storage_full, storage_failed
+void sync_folder(const std::filesystem::path& folder);
+
+/// The whole file, mapped; empty where there is none. @throws Error storage_failed
+[[nodiscard]] std::optional<SharedBytes> map_file(const std::filesystem::path& path);
+
+/// @throws Error storage_full or storage_failed, from `errno`
+[[noreturn]] void fail_storage(std::string_view doing);
+
+}  // namespace relit::server

@@ -1,0 +1,136 @@
+#include "server/config.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace relit::server {
+namespace {
+
+// A variable for as long as it lives: the flags' library reads the process's environment.
+class Variable {
+public:
+    Variable(std::string name, const std::string& value) : name_(std::move(name)) {
+        ::setenv(name_.c_str(), value.c_str(), 1);
+    }
+    ~Variable() { ::unsetenv(name_.c_str()); }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+private:
+    std::string name_;
+};
+
+struct Outcome {
+    ConfigOrExit result;
+    std::string out, err;
+};
+
+Outcome read(std::vector<const char*> arguments, std::vector<const char*> environment = {}) {
+    arguments.insert(arguments.begin(), "relitd");
+    environment.push_back(nullptr);
+    std::ostringstream out, err;
+    auto result =
+        read_config(int(arguments.size()), arguments.data(), environment.data(), out, err);
+    return {std::move(result), out.str(), err.str()};
+}
+
+TEST(Config, DefaultsListenOnThisMachineOnly) {
+    const auto [result, out, err] = read({});
+    ASSERT_FALSE(result.exit_status) << err;
+    EXPECT_EQ(result.config.host, "127.0.0.1");
+    EXPECT_EQ(result.config.port, 8080);
+    EXPECT_EQ(result.config.limits.max_image_bytes, 256u << 20);
+    EXPECT_EQ(result.config.data_dir.filename(), "relit");
+}
+
+TEST(Config, DataFolderFollowsTheEnvironmentsConventions) {
+    const Variable home("HOME", "/home/somebody");
+    EXPECT_EQ(read({}).result.config.data_dir, "/home/somebody/.local/share/relit");
+    const Variable data("XDG_DATA_HOME", "/srv/data");
+    EXPECT_EQ(read({}).result.config.data_dir, "/srv/data/relit");
+}
+
+TEST(Config, FlagsGoBeforeVariablesBeforeDefaults) {
+    const Variable port("RELIT_PORT", "1234");
+    const Variable queue("RELIT_MAX_QUEUE", "7");
+    const auto [result, out, err] =
+        read({"--port", "4321"}, {"RELIT_PORT=1234", "RELIT_MAX_QUEUE=7"});
+    ASSERT_FALSE(result.exit_status) << err;
+    EXPECT_EQ(result.config.port, 4321);
+    EXPECT_EQ(result.config.limits.max_queue, 7);
+}
+
+TEST(Config, SizesHaveUnitsAndTimesAreSeconds) {
+    const auto [result, out, err] =
+        read({"--max-image-bytes", "3MiB", "--max-body-bytes=4096", "--stop-timeout=5"});
+    ASSERT_FALSE(result.exit_status) << err;
+    EXPECT_EQ(result.config.limits.max_image_bytes, 3u << 20);
+    EXPECT_EQ(result.config.limits.max_body_bytes, 4096u);
+    EXPECT_EQ(result.config.limits.stop_timeout, std::chrono::seconds(5));
+}
+
+TEST(Config, UnknownFlagsAndRefusedValuesExitWith2AndAReason) {
+    for (const auto& arguments :
+         std::vector<std::vector<const char*>>{{"--prot", "80"},
+                                               {"stray"},
+                                               {"--port", "70000"},
+                                               {"--port", "x"},
+                                               {"--max-queue", "-1"},
+                                               {"--max-queue"},
+                                               {"--log-level", "loud"},
+                                               {"--max-image-bytes", "much"},
+                                               {"--stop-timeout", "0"},
+                                               {"--threads", "-1"},
+                                               {"--min-bytes-per-second", "0"}}) {
+        const auto [result, out, err] = read(arguments);
+        EXPECT_EQ(result.exit_status, 2) << arguments.front();
+        EXPECT_FALSE(err.empty());
+    }
+}
+
+TEST(Config, UnknownVariablesExitWith2AndTheirName) {
+    const auto [result, out, err] = read({}, {"PATH=/bin", "RELIT_MAX_QEUE=7"});
+    EXPECT_EQ(result.exit_status, 2);
+    EXPECT_NE(err.find("RELIT_MAX_QEUE"), std::string::npos) << err;
+    EXPECT_FALSE(read({}, {"RELIT_DATA=/data", "RELITD=1", "OTHER_RELIT_X=1"}).result.exit_status);
+}
+
+TEST(Config, HelpNamesEveryVariableAndDefault) {
+    const auto [result, out, err] = read({"--help"});
+    EXPECT_EQ(result.exit_status, 0);
+    for (const char* text : {"--max-queue", "RELIT_MAX_QUEUE", "=64", "RELIT_DATA_DIR",
+                             "RELIT_LOG_LEVEL", "--version"})
+        EXPECT_NE(out.find(text), std::string::npos) << text;
+}
+
+TEST(Config, VersionIsPrinted) {
+    const auto [result, out, err] = read({"--version"});
+    EXPECT_EQ(result.exit_status, 0);
+    EXPECT_TRUE(out.starts_with("relitd ")) << out;
+}
+
+TEST(Config, EverySettingIsListedWithItsValue) {
+    const auto [result, out, err] = read({"--max-queue", "9"});
+    const std::map<std::string, std::string> settings(result.config.settings.begin(),
+                                                      result.config.settings.end());
+    EXPECT_EQ(settings.at("max-queue"), "9");
+    EXPECT_EQ(settings.at("host"), "127.0.0.1");
+    EXPECT_EQ(settings.at("idle-timeout"), "20");
+    EXPECT_GT(settings.size(), 20u);
+    EXPECT_FALSE(settings.contains("help"));
+}
+
+TEST(RendersAtOnce, IsOneForEveryTwoThreadsUnlessSet) {
+    Config config;
+    EXPECT_EQ(renders_at_once(config, 1), 1);
+    EXPECT_EQ(renders_at_once(config, 8), 4);
+    config.limits.max_renders = 3;
+    EXPECT_EQ(renders_at_once(config, 8), 3);
+}
+
+}  // namespace
+}  // namespace relit::server

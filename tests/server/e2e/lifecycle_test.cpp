@@ -1,0 +1,108 @@
+// How relitd starts, refuses to start, and stops.
+#include <gtest/gtest.h>
+
+#include <csignal>
+
+#include "tests/support/http_client.h"
+#include "tests/support/relit_process.h"
+#include "tests/support/upload_images.h"
+
+namespace relit::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+TEST(Lifecycle, AnnouncesItsAddressAndItsSettings) {
+    RelitProcess relitd({.flags = {"--max-queue=7"}});
+    EXPECT_EQ(relitd.output(),
+              "relitd listens on http://127.0.0.1:" + std::to_string(relitd.port()) + "\n");
+    EXPECT_EQ(http(relitd.port(), "GET", "/healthz").body, R"({"status":"ok"})");
+    EXPECT_NE(relitd.log().find("max-queue=7"), std::string::npos) << relitd.log();
+    EXPECT_NE(relitd.log().find("path=/healthz status=200"), std::string::npos) << relitd.log();
+}
+
+TEST(Lifecycle, TermAndIntEndIdleServersWithStatus0) {
+    for (const int signal : {SIGTERM, SIGINT}) {
+        RelitProcess relitd;
+        RawConnection idle(relitd.port());
+        const auto start = Clock::now();
+        relitd.signal(signal);
+        EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+        EXPECT_LT(Clock::now() - start, 5s);
+        EXPECT_TRUE(idle.ends_within(100ms));
+    }
+}
+
+TEST(Lifecycle, TermLetsAnUploadUnderWayFinish) {
+    RelitProcess relitd;
+    const std::string request = http_request("POST", "/v1/images", small_png());
+    RawConnection upload(relitd.port());
+    upload.send(request.substr(0, request.size() - 10));
+    ASSERT_EQ(http(relitd.port(), "GET", "/healthz").status, 200);
+    relitd.signal(SIGTERM);
+    EXPECT_FALSE(relitd.exit_status(300ms)) << "it waits for the upload";
+    upload.send(request.substr(request.size() - 10));
+    EXPECT_EQ(upload.receive().status, 201);
+    EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+}
+
+TEST(Lifecycle, TermWaitsNoLongerThanItsTimeout) {
+    RelitProcess relitd({.flags = {"--stop-timeout=1", "--read-timeout=60", "--write-timeout=60"}});
+    RawConnection upload(relitd.port());
+    upload.send("POST /v1/images HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\n");
+    ASSERT_EQ(http(relitd.port(), "GET", "/healthz").status, 200);
+    const auto start = Clock::now();
+    relitd.signal(SIGTERM);
+    EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+    EXPECT_GT(Clock::now() - start, 900ms);
+    EXPECT_LT(Clock::now() - start, 6s);
+}
+
+TEST(Lifecycle, SecondSignalEndsItAtOnce) {
+    RelitProcess relitd({.flags = {"--read-timeout=60", "--write-timeout=60"}});
+    RawConnection upload(relitd.port());
+    upload.send("POST /v1/images HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\n");
+    ASSERT_EQ(http(relitd.port(), "GET", "/healthz").status, 200);
+    relitd.signal(SIGTERM);
+    EXPECT_FALSE(relitd.exit_status(200ms));
+    const auto start = Clock::now();
+    relitd.signal(SIGTERM);
+    EXPECT_EQ(relitd.exit_status(), 1) << relitd.log();
+    EXPECT_LT(Clock::now() - start, 1s);
+}
+
+TEST(Lifecycle, SecondServerOnThePortIsRefused) {
+    RelitProcess first;
+    RelitProcess second(
+        {.flags = {"--port=" + std::to_string(first.port()), "--host=127.0.0.1",
+                   "--data-dir=" + (first.data_dir().parent_path() / "other").string()},
+         .with_usual_flags = false});
+    EXPECT_EQ(second.exit_status(), 1);
+    EXPECT_NE(second.log().find("in use"), std::string::npos) << second.log();
+}
+
+TEST(Lifecycle, SecondServerOnTheDataFolderIsRefused) {
+    RelitProcess first;
+    RelitProcess second({.data_dir = first.data_dir()});
+    EXPECT_EQ(second.exit_status(), 1);
+    EXPECT_NE(second.log().find("is in use by another relitd"), std::string::npos) << second.log();
+    EXPECT_EQ(http(first.port(), "GET", "/healthz").status, 200);
+}
+
+TEST(Lifecycle, UnknownFlagsAndVariablesAreRefused) {
+    RelitProcess flag({.flags = {"--colour=red"}});
+    EXPECT_EQ(flag.exit_status(), 2);
+    EXPECT_NE(flag.log().find("--colour"), std::string::npos) << flag.log();
+    RelitProcess variable({.environment = {"RELIT_COLOUR=red"}});
+    EXPECT_EQ(variable.exit_status(), 2);
+    EXPECT_NE(variable.log().find("RELIT_COLOUR"), std::string::npos) << variable.log();
+}
+
+TEST(Lifecycle, VariablesSet) {
+    RelitProcess relitd({.environment = {"RELIT_MAX_QUEUE=11"}});
+    EXPECT_NE(relitd.log().find("max-queue=11"), std::string::npos) << relitd.log();
+}
+
+}  // namespace
+}  // namespace relit::test

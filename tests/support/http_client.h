@@ -1,0 +1,73 @@
+// HTTP from the client's side, over a plain socket: whole requests for the ordinary tests, single
+// bytes for the nasty ones. Understands replies with a Content-Length, which is all the server
+// sends.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace relit::test {
+
+struct HttpReply {
+    int status = 0;
+    std::multimap<std::string, std::string> headers;  ///< names in lower case
+    std::string body;
+
+    /// Empty where there is none.
+    [[nodiscard]] std::string header(const std::string& lower_case_name) const;
+};
+
+/// A connection to 127.0.0.1. Every wait ends after 10 s in a std::runtime_error.
+class RawConnection {
+public:
+    explicit RawConnection(int port);
+    ~RawConnection();
+    RawConnection(const RawConnection&) = delete;
+    RawConnection& operator=(const RawConnection&) = delete;
+
+    /// Sends all of it. @return false when the server has closed meanwhile
+    bool send(std::string_view bytes);
+
+    /// The next reply, interim ones (100) included. @param to_head  of a HEAD request: no body
+    /// follows
+    [[nodiscard]] HttpReply receive(bool to_head = false);
+
+    /// Whether the server ends the connection within `patience`, without another byte.
+    [[nodiscard]] bool ends_within(std::chrono::milliseconds patience);
+
+    /// Whether anything arrives within `patience`.
+    [[nodiscard]] bool hears_within(std::chrono::milliseconds patience);
+
+    void close();
+
+private:
+    bool receive_more();
+    int socket_ = -1;
+    std::string buffer_;
+};
+
+using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
+
+/// The text of a request: with Host, and with Content-Length where there is a body or the method
+/// takes one.
+[[nodiscard]] std::string http_request(const std::string& method, const std::string& target,
+                                       std::string_view body = {}, const HttpHeaders& headers = {});
+
+/// One request on a connection of its own.
+[[nodiscard]] HttpReply http(int port, const std::string& method, const std::string& target,
+                             std::string_view body = {}, const HttpHeaders& headers = {});
+
+/// A multipart/form-data body of files, and its Content-Type.
+struct FormFile {
+    std::string name;
+    std::string filename;
+    std::string content;
+};
+[[nodiscard]] std::pair<std::string, std::string> form_of(const std::vector<FormFile>& files);
+
+}  // namespace relit::test

@@ -1,0 +1,62 @@
+// The transport in the test's own process, on a free port, with routes and limits of the test's
+// choice.
+#pragma once
+
+#include <spdlog/spdlog.h>
+
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "server/http/server.h"
+#include "server/services.h"
+#include "tests/support/temporary_folder.h"
+
+namespace relit::test {
+
+/// Everything a handler needs, small, with an empty store.
+struct TestServices {
+    explicit TestServices(server::Limits its_limits = {}) : limits(its_limits) {
+        spdlog::set_level(spdlog::level::off);
+    }
+
+    TemporaryFolder folder;
+    server::Limits limits;
+    server::ImageStore images{folder.path() / "data"};
+    server::RenderSlots renders{{.max_running = 1, .max_waiting = limits.max_queue}};
+    server::RenderSlots decodes{{.max_running = 1, .max_waiting = limits.max_queue}};
+    Executor executor{1};
+    server::Services services{images, renders, decodes, executor, limits};
+};
+
+class TestServer {
+public:
+    explicit TestServer(std::vector<server::Route> routes, server::Limits limits = {})
+        : services_(limits),
+          router_(std::move(routes)),
+          server_(router_, services_.services, services_.limits),
+          port_(server_.bind("127.0.0.1", 0)),
+          serving_([this] { server_.serve(); }) {}
+
+    ~TestServer() {
+        server_.stop();
+        server_.cut();
+        if (serving_.joinable()) serving_.join();
+    }
+    TestServer(const TestServer&) = delete;
+    TestServer& operator=(const TestServer&) = delete;
+
+    [[nodiscard]] int port() const { return port_; }
+    [[nodiscard]] server::Server& server() { return server_; }
+    [[nodiscard]] TestServices& services() { return services_; }
+    void join() { serving_.join(); }
+
+private:
+    TestServices services_;
+    server::Router router_;
+    server::Server server_;
+    int port_;
+    std::thread serving_;
+};
+
+}  // namespace relit::test
