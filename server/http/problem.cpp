@@ -53,6 +53,18 @@ const ProblemKind& problem_kind(std::string_view code) {
     return found == std::end(kinds) ? *with(error_code::internal) : *found;
 }
 
+namespace {
+
+// Errors are worded as parts of a log line or a longer message; here they stand alone.
+std::string as_sentence(std::string words) {
+    if (words.empty()) return words;
+    if (words.front() >= 'a' && words.front() <= 'z') words.front() = char(words.front() - 32);
+    if (words.back() != '.') words += '.';
+    return words;
+}
+
+}  // namespace
+
 Reply problem_reply(const Error& error) {
     const ProblemKind& kind = problem_kind(error.code);
     Reply reply;
@@ -62,7 +74,7 @@ Reply problem_reply(const Error& error) {
     reply.body = problem_json({.code = kind.code,
                                .title = kind.title,
                                .status = kind.status,
-                               .detail = error.what(),
+                               .detail = as_sentence(error.what()),
                                .pointer = error.pointer});
     reply.headers.emplace("Cache-Control", "no-store");
     if (kind.retry_after_s > 0)

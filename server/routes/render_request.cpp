@@ -5,6 +5,7 @@
 #include "core/render/render.h"
 #include "server/error_codes.h"
 #include "server/schema/base64.h"
+#include "server/schema/field_error.h"
 #include "server/schema/scene_json.h"
 #include "server/storage/sha256.h"
 
@@ -44,13 +45,11 @@ std::string scene_of(const Request& request) {
 std::string brought_bytes(const ImageSource& source, const Request& request) {
     if (source.kind == ImageSource::Kind::part) {
         const Part* part = find_part(request, source.text);
-        if (!part)
-            throw Error(error_code::invalid_value, "the request has no part of this name",
-                        source.pointer);
+        if (!part) refuse_value("names no part of this request", source.pointer);
         return part->content;
     }
     auto bytes = decode_base64(source.text);
-    if (!bytes) throw Error(error_code::invalid_value, "is not base64", source.pointer);
+    if (!bytes) refuse_value("is not base64", source.pointer);
     return std::move(*bytes);
 }
 

@@ -8,6 +8,7 @@
 #include "core/image/channels.h"
 #include "core/io/decode.h"
 #include "server/error_codes.h"
+#include "server/schema/field_error.h"
 
 namespace relit::server {
 namespace {
@@ -91,8 +92,7 @@ void check_region(const Output& output, const HeightField& field) {
     if (!output.region) return;
     const Rect r = *output.region;
     if (r.x + r.width > field.width() || r.y + r.height > field.height())
-        throw Error(
-            error_code::invalid_value,
+        refuse_value(
             fmt::format("reaches beyond the map of {} x {} texels", field.width(), field.height()),
             "/output/region");
 }

@@ -83,14 +83,10 @@ DirectionalLight directional_light_from(const Json& json, const std::string& poi
 
 }  // namespace
 
-void refuse_value(const std::string& detail, const std::string& pointer) {
-    throw Error(error_code::invalid_value, detail, pointer);
-}
-
-std::string listed(const std::vector<std::string_view>& words) {
+std::string listed(const std::vector<std::string_view>& words, std::string_view last) {
     std::string list;
     for (std::size_t i = 0; i < words.size(); ++i) {
-        if (i > 0) list += i + 1 == words.size() ? " or " : ", ";
+        if (i > 0) list += i + 1 == words.size() ? fmt::format(" {} ", last) : ", ";
         list += fmt::format("'{}'", words[i]);
     }
     return list;
@@ -114,7 +110,8 @@ void Reader::finish() const {
     for (const auto& item : json_.items())
         if (std::find(known_.begin(), known_.end(), item.key()) == known_.end())
             throw Error(error_code::unknown_field,
-                        "there is no such field; here may stand " + listed(known_),
+                        field_name(pointer_to(item.key())) + " is no field; there are " +
+                            listed(known_, "and"),
                         pointer_to(item.key()));
 }
 
@@ -122,8 +119,7 @@ void Reader::lights(std::string_view one, std::string_view several,
                     std::vector<LightDescription>& lights, std::string_view) {
     const Json* single = take(one);
     const Json* list = take(several);
-    if (single && list)
-        refuse_value("'light' and 'lights' exclude each other", pointer_to(several));
+    if (single && list) refuse_value("and 'light' exclude each other", pointer_to(several));
     if (single) read(*single, lights.front(), pointer_to(one));
     if (!list) return;
     const std::string pointer = pointer_to(several);
@@ -196,7 +192,7 @@ void read(const Json& json, Rotation& value, Range range, const std::string& poi
 
 void read(const Json& json, Falloff& value, Range range, const std::string& pointer) {
     const std::vector<double> n = numbers(json, 2, range, "[from, to]", pointer);
-    if (!(n[0] < n[1])) refuse_value("the first number must be below the second", pointer);
+    if (!(n[0] < n[1])) refuse_value("must have its first number below its second", pointer);
     value = {n[0], n[1]};
 }
 
@@ -265,7 +261,8 @@ void read(const Json& json, LightDescription& value, const std::string& pointer)
     if (!json.is_object()) refuse_value("must be an object", pointer);
     const auto type = json.find("type");
     if (type == json.end())
-        throw Error(error_code::missing_field, "the field 'type' is missing", pointer + "/type");
+        throw Error(error_code::missing_field, field_name(pointer + "/type") + " is missing",
+                    pointer + "/type");
     if (*type == "point") value = light_from<PointLight>(json, pointer);
     else if (*type == "directional") value = directional_light_from(json, pointer);
     else if (*type == "environment") value = light_from<EnvironmentDescription>(json, pointer);

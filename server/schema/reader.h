@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/error_codes.h"
+#include "server/schema/field_error.h"
 #include "server/schema/fields.h"
 #include "server/schema/strict_json.h"
 
@@ -60,9 +61,8 @@ void read(const Json& json, std::optional<ImageSource>& value, Any, const std::s
 void read(const Json& json, LightDescription& value, const std::string& pointer);
 
 /// "'a', 'b' or 'c'"
-[[nodiscard]] std::string listed(const std::vector<std::string_view>& words);
-
-[[noreturn]] void refuse_value(const std::string& detail, const std::string& pointer);
+[[nodiscard]] std::string listed(const std::vector<std::string_view>& words,
+                                 std::string_view last = "or");
 
 template <class T>
 concept Enumeration = std::is_enum_v<T>;
@@ -94,7 +94,7 @@ void Reader::operator()(std::string_view name, T& member, const Rule& rule, std:
     if (const Json* json = take(name)) {
         read(*json, member, rule, pointer_to(name));
     } else if constexpr (std::same_as<Rule, Required>) {
-        throw Error(error_code::missing_field, "the field '" + std::string(name) + "' is missing",
+        throw Error(error_code::missing_field, field_name(pointer_to(name)) + " is missing",
                     pointer_to(name));
     }
 }

@@ -18,7 +18,8 @@ void check_count(const SceneDescription& scene) {
     for (const LightDescription& light : scene.lights)
         if (!is_at_finite_distance(light))
             refuse_value(
-                "'count' needs lights at a finite distance: point lights, or environments with a "
+                "must not be 'count' without lights at a finite distance: point lights, or "
+                "environments with a "
                 "radius",
                 "/material/illumination");
 }
@@ -26,9 +27,11 @@ void check_count(const SceneDescription& scene) {
 void check_thickness(const SceneDescription& scene) {
     if (scene.output.picture.layer != Layer::thickness) return;
     if (scene.material.illumination == Illumination::count)
-        refuse_value("'thickness' is not known with illumination 'count'", "/output/layer");
+        refuse_value("must not be 'thickness' with illumination 'count', which knows no length",
+                     "/output/layer");
     if (std::holds_alternative<EnvironmentDescription>(scene.lights.front()))
-        refuse_value("'thickness' needs a single first light, not an environment", "/output/layer");
+        refuse_value("must not be 'thickness' where the first light is an environment",
+                     "/output/layer");
 }
 
 void check_bit_depth(const OutputDescription& output) {

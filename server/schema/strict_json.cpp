@@ -3,6 +3,7 @@
 #include <set>
 
 #include "server/error_codes.h"
+#include "server/schema/field_error.h"
 
 namespace relit::server {
 namespace {
@@ -64,7 +65,7 @@ private:
         Level& level = levels_.back();
         level.key = key;
         if (!level.keys.insert(key).second)
-            throw Error(error_code::duplicate_field, "the field '" + key + "' is there twice",
+            throw Error(error_code::duplicate_field, field_name(pointer()) + " is there twice",
                         pointer());
     }
 
@@ -87,7 +88,8 @@ Json parse_json(std::string_view text) {
         throw Error(error_code::malformed_json,
                     "the text is not JSON: reading stopped at byte " + std::to_string(e.byte));
     } catch (const Json::out_of_range&) {
-        throw Error(error_code::invalid_value, "the number is too large", place.pointer());
+        throw Error(error_code::invalid_value,
+                    field_name(place.pointer()) + " is too large a number", place.pointer());
     }
 }
 

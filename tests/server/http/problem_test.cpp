@@ -15,7 +15,7 @@ TEST(Problem, SaysCodeStatusDetailAndPointer) {
     EXPECT_EQ(reply.error_code, error_code::invalid_value);
     EXPECT_EQ(reply.body,
               R"({"type":"/problems/invalid-value","title":"A value is refused","status":422,)"
-              R"("detail":"relief is 11, at most 10","pointer":"/relief"})");
+              R"("detail":"Relief is 11, at most 10.","pointer":"/relief"})");
     EXPECT_EQ(reply.headers.find("Cache-Control")->second, "no-store");
 }
 

@@ -79,7 +79,7 @@ TEST(SceneJson, RefusesWhatIsWrongNamingTheField) {
     const Refusal refusals[] = {
         {R"("relif": 1)", unknown_field, "/relif", "'relief'"},
         {R"("material": {"specular": {"K": 1}})", unknown_field, "/material/specular/K",
-         "'k', 'falloff' or 'occlude'"},
+         "'k', 'falloff' and 'occlude'"},
         {R"("light": {"type": "point", "azimuth": 1})", unknown_field, "/light/azimuth",
          "'position'"},
         {R"("relief": "high")", invalid_value, "/relief", "a number above 0 and at most 10"},
@@ -106,7 +106,8 @@ TEST(SceneJson, RefusesWhatIsWrongNamingTheField) {
         {R"("material": [])", invalid_value, "/material", "object"},
         {R"("base": "floor")", invalid_value, "/base", "'none', 'auto' or a number"},
         {R"("base": -10.5)", invalid_value, "/base", "from -10 to 10"},
-        {R"("light": {"position": [0, 0, 1]})", missing_field, "/light/type", "'type' is missing"},
+        {R"("light": {"position": [0, 0, 1]})", missing_field, "/light/type",
+         "'light.type' is missing"},
         {R"("light": {"type": "spot"})", invalid_value, "/light/type", "'directional'"},
         {R"("light": {"type": "point", "position": [0, 0]})", invalid_value, "/light/position",
          "3 numbers"},
@@ -130,7 +131,7 @@ TEST(SceneJson, RefusesWhatIsWrongNamingTheField) {
         {R"("light": {"type": "environment", "image": {"image": "a"}, "intensity": null})",
          invalid_value, "/light/intensity", "'auto' or a number"},
         {R"("light": {"type": "point"}, "lights": [{"type": "point"}])", invalid_value, "/lights",
-         "exclude"},
+         "exclude each other"},
         {R"("lights": [])", invalid_value, "/lights", "at least one"},
         {R"("lights": [{"type": "point"}, {"type": "point", "intensity": "x"}])", invalid_value,
          "/lights/1/intensity", "number"},
@@ -234,7 +235,7 @@ TEST(SceneJson, NullTakesAPresetsFieldBackToItsDefaultAndNothingElse) {
     expect_refused(scene_with(R"("preset": "thesis", "normalScale": null)"),
                    error_code::invalid_value, "/normalScale", "number");
     expect_refused(scene_with(R"("preset": "thesis", "bogus": null)"), error_code::unknown_field,
-                   "/bogus", "no such field");
+                   "/bogus", "is no field");
 }
 
 }  // namespace
