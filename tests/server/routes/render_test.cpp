@@ -2,11 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "core/io/decode.h"
 #include "server/error_codes.h"
 #include "server/storage/sha256.h"
+#include "tests/support/base64.h"
 #include "tests/support/test_server.h"
 #include "tests/support/upload_images.h"
 
@@ -16,25 +15,6 @@ namespace {
 using server::render_picture;
 using server::Reply;
 using server::Request;
-
-std::string base64(
-    const std::string& bytes,
-    const char* alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/") {
-    std::string text;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
-        unsigned bits = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            bits = bits << 8 | (k < n ? std::uint8_t(bytes[i + k]) : 0);
-        for (std::size_t k = 0; k < 4; ++k)
-            text += k <= n ? alphabet[bits >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
-
-std::string base64url(const std::string& bytes) {
-    return base64(bytes, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_");
-}
 
 class RenderRoute : public testing::Test {
 protected:
@@ -52,7 +32,7 @@ protected:
     Reply get(const std::string& json, const std::string& if_none_match = "") {
         Request request;
         request.method = "GET";
-        request.query.emplace("scene", base64url(json));
+        request.query.emplace("scene", encode_base64url(json));
         if (!if_none_match.empty()) request.headers["If-None-Match"] = if_none_match;
         return render_picture(request, services_.services);
     }
@@ -108,7 +88,8 @@ TEST_F(RenderRoute, GetIsTheSameAsPostAndKnowsItsOwnEtag) {
 TEST_F(RenderRoute, EtagFollowsTheSceneAndNothingElse) {
     const std::string etag = post(scene()).headers.at("ETag");
     EXPECT_EQ(post(scene(R"("relief": 1.5e-1)")).headers.at("ETag"), etag);
-    EXPECT_EQ(post(R"({"height": {"data": ")" + base64(png_) + R"("}})").headers.at("ETag"), etag);
+    EXPECT_EQ(post(R"({"height": {"data": ")" + encode_base64(png_) + R"("}})").headers.at("ETag"),
+              etag);
     for (const char* change :
          {R"("relief": 0.16)", R"("base": "auto")", R"("normalScale": 2)",
           R"("light": {"type": "point", "intensity": 2})", R"("material": {"depth": 0.009})",
@@ -157,7 +138,7 @@ TEST_F(RenderRoute, SaysFromWhichRangeHeightsWereRescaled) {
     Image metres(5, 4, 1, 100.0f);
     metres.at(2, 2) = 350.5f;
     const std::string exr = encode(metres, {.format = PictureFormat::exr, .bit_depth = 32});
-    const Reply reply = post(R"({"height": {"data": ")" + base64(exr) + R"("}})");
+    const Reply reply = post(R"({"height": {"data": ")" + encode_base64(exr) + R"("}})");
     EXPECT_EQ(reply.headers.at("Relit-Height-Range"), "100 350.5");
     EXPECT_FALSE(post(scene()).headers.contains("Relit-Height-Range"));
 }
@@ -190,7 +171,7 @@ TEST_F(RenderRoute, NamesTheImageThatIsMissingOrBroken) {
     expect_error(scene(R"("albedo": {"data": "????"})"), invalid_value, "/albedo/data");
     expect_error(scene(R"("albedo": {"data": "AAAA"})"), image_not_supported, "/albedo/data");
     expect_error(
-        scene(R"("albedo": {"data": ")" + base64(lying_png(100000, 100000, false)) + "\"}"),
+        scene(R"("albedo": {"data": ")" + encode_base64(lying_png(100000, 100000, false)) + "\"}"),
         image_too_large, "/albedo/data");
 }
 
@@ -232,7 +213,7 @@ TEST_F(RenderRoute, RefusesQueriesItDoesNotKnow) {
     EXPECT_THROW((void)render_picture(request, services_.services), Error);
     request.query = {{"scene", "!!"}};
     EXPECT_THROW((void)render_picture(request, services_.services), Error);
-    request.query = {{"scene", base64url(scene())}, {"width", "5"}};
+    request.query = {{"scene", encode_base64url(scene())}, {"width", "5"}};
     EXPECT_THROW((void)render_picture(request, services_.services), Error);
 }
 
