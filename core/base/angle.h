@@ -9,7 +9,8 @@
 
 namespace relit {
 
-constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180; }
+/// Of an angle of any number of turns.
+inline double radians(double degrees) { return std::fmod(degrees, 360) * std::numbers::pi / 180; }
 
 /// Unit vector towards a light.
 ///

@@ -26,7 +26,7 @@ Image luminance_channel(const Image& stored, bool has_alpha) {
     if (colour_channels(stored, has_alpha) < 3)
         return map_texels(stored, 1, [](const float* in, float* out) { out[0] = in[0]; });
     return map_texels(stored, 1, [](const float* in, float* out) {
-        out[0] = luminance({in[0], in[1], in[2]});
+        out[0] = float(luminance({in[0], in[1], in[2]}));
     });
 }
 
@@ -34,6 +34,16 @@ Image alpha_channel(const Image& stored) {
     assert(stored.channels == 2 || stored.channels == 4);
     const int last = stored.channels - 1;
     return map_texels(stored, 1, [last](const float* in, float* out) { out[0] = in[last]; });
+}
+
+void divide_by_alpha(Image& stored) {
+    assert(stored.channels == 2 || stored.channels == 4);
+    const int alpha = stored.channels - 1;
+    for (std::size_t i = 0; i < stored.values.size(); i += std::size_t(stored.channels)) {
+        float* texel = stored.values.data() + i;
+        if (!(texel[alpha] > 0)) continue;
+        for (int c = 0; c < alpha; ++c) texel[c] /= texel[alpha];
+    }
 }
 
 Image rgb_channels(const Image& stored, bool has_alpha) {

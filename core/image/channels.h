@@ -14,6 +14,10 @@ namespace relit {
 /// The alpha channel. @pre has alpha, that is 2 or 4 channels (asserted)
 [[nodiscard]] Image alpha_channel(const Image& stored);
 
+/// Colour that was stored multiplied by alpha, divided by it, in place. Texels of alpha 0 stay: they
+/// emit. @pre has alpha (asserted)
+void divide_by_alpha(Image& stored);
+
 /// Three channels: colour, or grey three times. Alpha is left out.
 [[nodiscard]] Image rgb_channels(const Image& stored, bool has_alpha);
 

@@ -48,8 +48,7 @@ float linear_to_srgb(float linear) {
 
 Rgb shading_colour(const Colour& colour, Transfer transfer) {
     const auto number = [&](double v) {
-        const float value = float(v);
-        return colour.hex && transfer == Transfer::srgb ? srgb_to_linear(value) : value;
+        return colour.hex && transfer == Transfer::srgb ? double(srgb_to_linear(float(v))) : v;
     };
     return {number(colour.values[0]), number(colour.values[1]), number(colour.values[2])};
 }

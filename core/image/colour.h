@@ -10,21 +10,23 @@
 namespace relit {
 
 /// Three colour numbers, Rec. 709 primaries; linear unless said otherwise.
+///
+/// In double: products of a scene's colours and intensities outgrow float within their ranges.
 struct Rgb {
-    float r = 0;
-    float g = 0;
-    float b = 0;
+    double r = 0;
+    double g = 0;
+    double b = 0;
 
     friend constexpr bool operator==(const Rgb&, const Rgb&) = default;
 };
 
 constexpr Rgb operator+(Rgb a, Rgb b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
-constexpr Rgb operator*(float s, Rgb a) { return {s * a.r, s * a.g, s * a.b}; }
+constexpr Rgb operator*(double s, Rgb a) { return {s * a.r, s * a.g, s * a.b}; }
 constexpr Rgb operator*(Rgb a, Rgb b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
 
 /// Relative luminance of linear Rec. 709 colour, 0.2126 r + 0.7152 g + 0.0722 b (ITU-R BT.709), so
 /// summed that a grey has exactly its own number.
-constexpr float luminance(Rgb c) { return c.r + 0.7152f * (c.g - c.r) + 0.0722f * (c.b - c.r); }
+constexpr double luminance(Rgb c) { return c.r + 0.7152 * (c.g - c.r) + 0.0722 * (c.b - c.r); }
 
 /// sRGB-encoded number in [0, 1] -> linear (IEC 61966-2-1).
 [[nodiscard]] float srgb_to_linear(float encoded);

@@ -63,7 +63,7 @@ float weighted_sum(const Taps& taps, const float* values, std::size_t stride) {
     float sum = 0;
     for (std::size_t k = 0; k < taps.weights.size(); ++k)
         if (taps.weights[k] != 0) sum += taps.weights[k] * values[k * stride];
-    return std::isnan(sum) ? std::numeric_limits<float>::infinity() : sum;
+    return std::isfinite(sum) ? sum : std::numeric_limits<float>::infinity();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include "core/base/error.h"
+#include "core/image/channels.h"
 #include "core/io/header.h"
 #include "core/io/oiio.h"
 #include "core/io/texels.h"
@@ -24,11 +25,11 @@ constexpr std::size_t native_buffer_bytes = 1 << 20;
 // --- Limits --------------------------------------------------------------------------------------
 
 [[noreturn]] void throw_too_large(const FileHeader& header, std::int64_t limit, const char* unit,
-                                  const char* name) {
+                                  const char* setting) {
     throw Error(error_code::image_too_large, "the image is " + std::to_string(header.width) +
                                                  " x " + std::to_string(header.height) +
                                                  " pixels; the limit is " + std::to_string(limit) +
-                                                 unit + " (" + name + ")");
+                                                 unit + setting);
 }
 
 void check_limits(const FileHeader& header, const DecodeLimits& limits, FileFormat format) {
@@ -36,20 +37,18 @@ void check_limits(const FileHeader& header, const DecodeLimits& limits, FileForm
         throw_broken(format, "it has no pixels");
     const std::int64_t pixels = capped_product({header.width, header.height});
     if (pixels > limits.max_pixels)
-        throw_too_large(header, limits.max_pixels, " pixels", "max-image-pixels");
+        throw_too_large(header, limits.max_pixels, " pixels", " (max-image-pixels)");
     if (header.width > limits.max_side || header.height > limits.max_side)
-        throw_too_large(header, limits.max_side, " pixels a side", "max-image-side");
+        throw_too_large(header, limits.max_side, " pixels a side", "");
     if (header.held_whole && pixels > limits.max_interlaced_pixels)
         throw_too_large(header, limits.max_interlaced_pixels,
-                        " pixels for interlaced and progressive files and WebP",
-                        "max-interlaced-pixels");
+                        " pixels for interlaced and progressive files and WebP", "");
     if (header.channels > limits.max_channels)
         throw Error(error_code::image_too_large,
                     "the image has " + std::to_string(header.channels) +
-                        " channels; the limit is " + std::to_string(limits.max_channels) +
-                        " (max-image-channels)");
+                        " channels; the limit is " + std::to_string(limits.max_channels));
     if (capped_product({pixels, header.channels}) > limits.max_values)
-        throw_too_large(header, limits.max_values, " pixels times channels", "max-image-values");
+        throw_too_large(header, limits.max_values, " pixels times channels", "");
     if (header.tile_bytes > max_tile_bytes)
         throw Error(error_code::image_too_large,
                     "a tile of the image is larger than the limit of " +
@@ -218,17 +217,6 @@ void read_all_tiles(Reader& reader, SampleType type, const Conversion& conversio
     }
 }
 
-// Colour stored multiplied by alpha -> colour. Where alpha is 0 there is nothing to divide by: such
-// texels emit.
-void unassociate(Image& image) {
-    const int alpha = image.channels - 1;
-    for (std::size_t i = 0; i < image.values.size(); i += std::size_t(image.channels)) {
-        float* texel = image.values.data() + i;
-        if (!(texel[alpha] > 0)) continue;
-        for (int c = 0; c < alpha; ++c) texel[c] /= texel[alpha];
-    }
-}
-
 DecodedImage read_texels(std::string_view bytes, const FileHeader& header, FileFormat format) {
     Reader reader(header.stripped.empty() ? bytes : header.stripped, format);
     const OIIO::ImageSpec& spec = reader.spec();
@@ -242,8 +230,12 @@ DecodedImage read_texels(std::string_view bytes, const FileHeader& header, FileF
     const Conversion conversion{spec.nchannels, map, invert, header.no_data};
 
     DecodedImage decoded;
-    decoded.info = {format,       sample_type_of(spec, format), spec.width, spec.height, map.count,
-                    map.has_alpha};
+    const bool associated = map.has_alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha");
+    // WebP stores plain colour; it is the reader that multiplies it, whatever it is told.
+    const bool multiplied_by_reader = associated && format == FileFormat::webp;
+    decoded.info = {
+        format,        sample_type_of(spec, format),       spec.width, spec.height, map.count,
+        map.has_alpha, associated && !multiplied_by_reader};
     Image& image = decoded.image;
     image.width = spec.width;
     image.height = spec.height;
@@ -251,7 +243,7 @@ DecodedImage read_texels(std::string_view bytes, const FileHeader& header, FileF
     image.values.reserve(image.texels() * std::size_t(map.count));
     const auto read_all = spec.tile_width > 0 ? read_all_tiles : read_all_rows;
     read_all(reader, decoded.info.type, conversion, image);
-    if (map.has_alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha")) unassociate(image);
+    if (multiplied_by_reader) divide_by_alpha(image);
     return decoded;
 }
 

@@ -22,14 +22,15 @@ struct ImageInfo {
     SampleType type = SampleType::uint8;
     int width = 0;
     int height = 0;
-    int channels = 0;        ///< 1 grey, 2 grey + alpha, 3 RGB, 4 RGB + alpha
-    bool has_alpha = false;  ///< the last channel is alpha
+    int channels = 0;         ///< 1 grey, 2 grey + alpha, 3 RGB, 4 RGB + alpha
+    bool has_alpha = false;   ///< the last channel is alpha
+    bool associated = false;  ///< the file's colour is multiplied by its alpha (OpenEXR, some TIFF)
 };
 
 struct DecodedImage {
     ImageInfo info;
     /// `info.channels` channels. Unsigned integers are divided by their type's maximum; signed
-    /// integers and floats are the stored numbers. Alpha is unassociated. Texels that equal the
+    /// integers and floats are the stored numbers, also where they are associated with alpha. Texels that equal the
     /// file's no-data value (GDAL_NODATA in TIFF) in all their colours are NaN in every channel.
     Image image;
 };

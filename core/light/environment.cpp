@@ -106,9 +106,29 @@ EnvironmentRegion region_of(const Image& map, const std::vector<double>& weights
             all = all + weights[j] * direction;
             bright = bright + (weights[j] * luminance(c)) * direction;
         }
-    region.radiance = {float(r), float(g), float(b)};
+    region.radiance = {r, g, b};
     region.direction = normalized(length(bright) > 0 ? bright : all);
     return region;
+}
+
+// `whole` cut into at most `count` rectangles, the most important one halved again and again.
+std::vector<Rect> median_cut(Rect whole, int count, const ImportanceTable& table,
+                             const Image& map) {
+    std::priority_queue<Piece> pieces;
+    const auto add = [&](Rect rect) {
+        // A single texel cannot be halved: it waits at the end of the queue.
+        pieces.push({rect.width * rect.height > 1 ? table.sum(rect) : -1, rect});
+    };
+    add(whole);
+    while (int(pieces.size()) < std::min(count, whole.width * whole.height)) {
+        const auto [first, second] = halved(pieces.top().rect, table, map);
+        pieces.pop();
+        add(first);
+        add(second);
+    }
+    std::vector<Rect> rects;
+    for (; !pieces.empty(); pieces.pop()) rects.push_back(pieces.top().rect);
+    return rects;
 }
 
 }  // namespace
@@ -147,20 +167,16 @@ std::vector<EnvironmentRegion> environment_regions(const Image& map, Weighting w
         return regions;
     }
     const ImportanceTable table(map, weights);
-    std::priority_queue<Piece> pieces;
-    const auto add = [&](Rect rect) {
-        // A single texel cannot be halved: it waits at the end of the queue.
-        pieces.push({rect.width * rect.height > 1 ? table.sum(rect) : -1, rect});
-    };
-    add({0, 0, map.width, map.height});
-    while (int(pieces.size()) < std::min(sampling.regions, int(map.texels()))) {
-        const auto [first, second] = halved(pieces.top().rect, table, map);
-        pieces.pop();
-        add(first);
-        add(second);
+    for (const Rect& rect :
+         median_cut({0, 0, map.width, map.height}, sampling.regions, table, map)) {
+        EnvironmentRegion region = region_of(map, weights, rect);
+        if (rect.width * rect.height > 1)
+            for (const Rect& part : median_cut(rect, sampling.parts, table, map)) {
+                const EnvironmentRegion r = region_of(map, weights, part);
+                region.parts.push_back({r.direction, r.radiance, r.weight});
+            }
+        regions.push_back(std::move(region));
     }
-    for (; !pieces.empty(); pieces.pop())
-        regions.push_back(region_of(map, weights, pieces.top().rect));
     return regions;
 }
 

@@ -19,8 +19,9 @@ namespace relit {
 /// of its weights and its weighted colours.
 struct EnvironmentRegion {
     Vec3 direction;
-    double weight = 0;  ///< the weights of all regions sum to 1
-    Rgb radiance;       ///< sum of weight * colour
+    double weight = 0;              ///< the weights of all regions sum to 1
+    Rgb radiance;                   ///< sum of weight * colour
+    std::vector<SamplePart> parts;  ///< where it has more than one texel; directions as above
 };
 
 /// The map as regions: its texels where they are few enough, else `sampling.regions` rectangles of

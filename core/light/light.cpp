@@ -28,24 +28,31 @@ Vec3 direction_of(const DirectionalLight& light) {
 std::vector<LightSample> samples(const PointLight& light, MapExtent extent, Transfer transfer,
                                  EnvironmentSampling) {
     const Vec3 at{light.position.x, light.position.y * extent.y_size, light.position.z};
-    return {{at, false, float(light.intensity) * shading_colour(light.colour, transfer), 1}};
+    return {{at, false, light.intensity * shading_colour(light.colour, transfer), 1, {}}};
 }
 
 std::vector<LightSample> samples(const DirectionalLight& light, MapExtent, Transfer transfer,
                                  EnvironmentSampling) {
-    return {{direction_of(light), true,
-             float(light.intensity) * shading_colour(light.colour, transfer), 1}};
+    return {
+        {direction_of(light), true, light.intensity * shading_colour(light.colour, transfer), 1, {}}};
 }
 
 std::vector<LightSample> samples(const EnvironmentLight& light, MapExtent extent, Transfer,
                                  EnvironmentSampling sampling) {
-    const float intensity = float(intensity_of(light));
+    const double intensity = intensity_of(light);
+    const auto placed = [&](Vec3 direction) {
+        const Vec3 turned = rotated(direction, light.rotation);
+        if (!light.radius) return turned;
+        return Vec3{0.5, 0.5 * extent.y_size, 0} + *light.radius * turned;
+    };
     std::vector<LightSample> result;
     for (const EnvironmentRegion& region :
          environment_regions(*light.map, light.weighting, sampling)) {
-        Vec3 at = rotated(region.direction, light.rotation);
-        if (light.radius) at = Vec3{0.5, 0.5 * extent.y_size, 0} + *light.radius * at;
-        result.push_back({at, !light.radius, intensity * region.radiance, region.weight});
+        LightSample sample{
+            placed(region.direction), !light.radius, intensity * region.radiance, region.weight, {}};
+        for (const SamplePart& part : region.parts)
+            sample.parts.push_back({placed(part.at), intensity * part.radiance, part.weight});
+        result.push_back(std::move(sample));
     }
     return result;
 }
@@ -55,12 +62,6 @@ std::vector<LightSample> samples(const EnvironmentLight& light, MapExtent extent
 std::vector<LightSample> samples_of(const Light& light, MapExtent extent, Transfer transfer,
                                     EnvironmentSampling sampling) {
     return std::visit([&](const auto& l) { return samples(l, extent, transfer, sampling); }, light);
-}
-
-bool is_at_finite_distance(const Light& light) {
-    if (const auto* environment = std::get_if<EnvironmentLight>(&light))
-        return environment->radius.has_value();
-    return std::holds_alternative<PointLight>(light);
 }
 
 }  // namespace relit

@@ -54,13 +54,21 @@ struct EnvironmentLight {
 
 using Light = std::variant<PointLight, DirectionalLight, EnvironmentLight>;
 
+/// A part of a sample, for highlights, which see finer than shadows do.
+struct SamplePart {
+    Vec3 at;  ///< as LightSample::at
+    Rgb radiance;
+    double weight = 0;
+};
+
 /// One direction or position that light comes from: a whole point or directional light, a texel of
-/// an environment.
+/// an environment, or a region of it.
 struct LightSample {
     Vec3 at;                   ///< position in scene units, or unit direction towards the light
     bool at_infinity = false;  ///< `at` is a direction
     Rgb radiance;              ///< w I c: weight, intensity and colour multiplied
     double weight = 1;         ///< w; the weights of one light sum to 1
+    std::vector<SamplePart> parts;  ///< of a region: they sum to it. Empty: it is its own only part
 };
 
 /// How a map's fractions become scene units: width 1, height `y_size`.
@@ -72,13 +80,11 @@ struct MapExtent {
 struct EnvironmentSampling {
     int max_texels = 512;  ///< up to here one per texel: the full sum that the model defines
     int regions = 256;     ///< a larger map is gathered into this many, >= 1 (environment.h)
+    int parts = 16;        ///< each of them has up to this many parts for highlights, >= 1
 };
 
 /// The samples of one light.
 [[nodiscard]] std::vector<LightSample> samples_of(const Light& light, MapExtent extent,
                                                   Transfer transfer, EnvironmentSampling sampling);
-
-/// Whether `count` illumination can be had of it: a point light, or an environment with a radius.
-[[nodiscard]] bool is_at_finite_distance(const Light& light);
 
 }  // namespace relit

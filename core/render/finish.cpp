@@ -1,5 +1,6 @@
 #include "core/render/finish.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace relit {
@@ -7,7 +8,7 @@ namespace {
 
 // The picture over `colour`, without alpha.
 Image over(const Image& picture, Rgb colour) {
-    const float under[3] = {colour.r, colour.g, colour.b};
+    const float under[3] = {float(colour.r), float(colour.g), float(colour.b)};
     Image result(picture.width, picture.height, 3);
     const float* in = picture.values.data();
     float* out = result.values.data();
@@ -31,7 +32,10 @@ void map_colour_rows(Image& image, const Executor& executor, const std::stop_tok
 
 }  // namespace
 
-float filmic(float x) { return x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f); }
+float filmic(float x) {
+    x = std::min(x, 1e6f);  // where its square is far from overflowing and the curve long flat
+    return x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f);
+}
 
 void associate_alpha(Image& image) {
     if (image.channels != 4) return;
@@ -65,7 +69,6 @@ void finish_beauty(Image& image, const Output& output, const Executor& executor,
 void finish_data(Image& image, const Output& output) {
     if (output.background && image.channels == 4)
         image = over(image, shading_colour(*output.background, Transfer::none));
-    if (output.linear) associate_alpha(image);
 }
 
 }  // namespace relit

@@ -24,7 +24,7 @@ void finish_beauty(Image& image, const Output& output, const Executor& executor,
 /// layer.
 void finish_data(Image& image, const Output& output);
 
-/// Narkowicz 2016; x >= 0 in linear light. @return in [0, 1)
+/// Narkowicz 2016; x >= 0 in linear light. @return in [0, 1.04): it passes 1 far above white
 [[nodiscard]] float filmic(float x);
 
 }  // namespace relit

@@ -12,7 +12,7 @@ NearestSolid::NearestSolid(const HeightField& field)
     };
     for (int i = 0; i < width_; ++i) {
         for (int j = 0, above = -1; j < height_; ++j) {
-            if (field.is_solid(i, j)) above = j;
+            if (field.is_solid(i, j)) above = j, any_ = true;
             row_at(i, j) = above;
         }
         for (int j = height_ - 1, below = -1; j >= 0; --j) {
@@ -24,8 +24,9 @@ NearestSolid::NearestSolid(const HeightField& field)
 }
 
 std::optional<TexelIndex> NearestSolid::find(int i, int j) const {
-    std::int64_t best = std::numeric_limits<std::int64_t>::max();
     std::optional<TexelIndex> nearest;
+    if (!any_) return nearest;
+    std::int64_t best = std::numeric_limits<std::int64_t>::max();
     const auto look_at_column = [&](int x) {
         if (x < 0 || x >= width_) return;
         const int row = in_column_[std::size_t(j) * width_ + x];

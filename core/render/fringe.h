@@ -27,6 +27,7 @@ public:
 private:
     int width_;
     int height_;
+    bool any_ = false;            // is there a solid texel at all
     std::vector<int> in_column_;  // row of the nearest solid texel in the same column, -1 = none
 };
 

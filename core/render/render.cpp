@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "core/image/resample.h"
@@ -35,10 +36,15 @@ int channels_of(Layer layer, const HeightField& field) {
     return field.alpha.empty() ? 3 : 4;
 }
 
+// The nearest float; what is beyond them all is the largest.
+float stored(double value) {
+    return float(std::min<double>(value, std::numeric_limits<float>::max()));
+}
+
 void store(float* out, Rgb colour) {
-    out[0] = colour.r;
-    out[1] = colour.g;
-    out[2] = colour.b;
+    out[0] = stored(colour.r);
+    out[1] = stored(colour.g);
+    out[2] = stored(colour.b);
 }
 
 // The numbers of `layer` at a solid texel, without alpha.
@@ -68,7 +74,7 @@ void shade_texel(const Shader& shader, const HeightField& field, Layer layer, in
             break;
         case Layer::normal: {
             const Vec3 n = shader.normal(i, j);
-            store(out, {float(0.5 * n.x + 0.5), float(0.5 * n.y + 0.5), float(0.5 * n.z + 0.5)});
+            store(out, {0.5 * n.x + 0.5, 0.5 * n.y + 0.5, 0.5 * n.z + 0.5});
             break;
         }
     }
@@ -108,7 +114,8 @@ Image shade(const Scene& scene, const Output& output, Rect part, const RenderCon
     };
     parallel_rows(control.executor, part.height, control.stop, [&](RowRange rows) {
         for (int y = rows.begin; y < rows.end; ++y) {
-            for (int x = 0; x < part.width; ++x)
+            // A texel may take long: many lights, many samples.
+            for (int x = 0; x < part.width && !control.stop.stop_requested(); ++x)
                 shade_pixel(part.x + x, part.y + y, &image.row(y)[std::size_t(x) * image.channels]);
             progress.row_done();
         }
@@ -168,9 +175,13 @@ Picture render(const Scene& scene, const Output& output, const RenderControl& co
     picture.coarse_environment = output.accuracy == Accuracy::preview &&
                                  has_larger_environment(scene, preview_environment.max_texels);
     if (picture.coarse_map) {
-        Scene small = scene;
-        small.field =
-            smaller_field(scene.field, size.width, size.height, control.executor, control.stop);
+        const Scene small{.field = smaller_field(scene.field, size.width, size.height,
+                                                 control.executor, control.stop),
+                          .relief = scene.relief,
+                          .base = scene.base,
+                          .normal_scale = scene.normal_scale,
+                          .lights = scene.lights,
+                          .material = scene.material};
         picture.pixels = render_part(small, output, size, control);
     } else {
         picture.pixels = render_part(scene, output, size, control);

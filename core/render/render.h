@@ -33,7 +33,8 @@ struct Picture {
 /// 131072 texels the final one is 51 to 73 dB on terrain with the environments of the tests, a
 /// preview 39 to 63 dB.
 inline constexpr EnvironmentSampling final_environment{.max_texels = 512, .regions = 256};
-inline constexpr EnvironmentSampling preview_environment{.max_texels = 64, .regions = 64};
+inline constexpr EnvironmentSampling preview_environment{
+    .max_texels = 64, .regions = 64, .parts = 4};
 
 /// Renders `output` of `scene`.
 ///

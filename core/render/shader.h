@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/render/scene.h"
+#include "core/visibility/ray.h"
 
 namespace relit {
 
@@ -32,15 +33,13 @@ private:
         Vec3 start;  // p'
         Vec3 normal;
     };
-    // The way from p' to a light sample.
-    struct Path {
-        Vec3 to_light;  // l
-        double distance;
-    };
-
     [[nodiscard]] Texel texel(int i, int j) const;
-    [[nodiscard]] static Path path(Vec3 start, const LightSample& sample);
-    [[nodiscard]] double illumination(Vec3 start, const Path& path) const;
+    [[nodiscard]] double illumination(const LightSample& sample, const Ray& ray) const;
+    [[nodiscard]] Rgb highlight(const LightSample& sample,
+                                const Texel& at) const;  // s times radiance
+    [[nodiscard]] Rgb albedo(int i, int j) const;
+    template <class Add>
+    void for_each_highlight(const LightSample& sample, const Texel& at, const Add& add) const;
     template <class Value>
     [[nodiscard]] double mean_over_first_light(const Value& value) const;
 

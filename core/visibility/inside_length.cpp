@@ -156,8 +156,9 @@ struct GridWalk {
     }
     void to_next_block(int size) {
         const double by_column = across.leaves_at(size), by_row = down.leaves_at(size);
-        across.move_to(by_row, size, by_column <= by_row);
-        down.move_to(by_column, size, by_row < by_column);
+        const bool column_first = by_column <= by_row;
+        across.move_to(by_row, size, column_first);
+        down.move_to(by_column, size, !column_first);
     }
 };
 
@@ -204,21 +205,23 @@ double march(const Solid& solid, const TexelRay& ray, Interval s) {
 
 }  // namespace
 
-double inside_length(const Solid& solid, Vec3 from, Vec3 direction, double distance) noexcept {
+double inside_length(const Solid& solid, const Ray& ray) noexcept {
+    const Vec3 from = ray.from;
+    const Vec3 direction = ray.direction;
     double in_ground = 0;
     if (solid.endless_ground) {
-        const double light_z = direction.z != 0 ? from.z + distance * direction.z : from.z;
-        if (light_z < 0) return infinity;
-        if (from.z < 0) in_ground = -from.z / direction.z;  // rises: it ends above the ground
+        if (ray.end_z < 0) return infinity;
+        // It ends above the ground, so it rises, unless the rise is a trace.
+        if (from.z < 0) in_ground = std::min(ray.distance, -from.z / direction.z);
     }
-    Interval s{0, distance};
+    Interval s{0, ray.distance};
     s = clip(s, from.x, direction.x, 0, 1);
     s = clip(s, from.y, direction.y, 0, solid.y_size());
     s = clip(s, from.z, direction.z, solid.floor_z, solid.top_z);
     if (!(s.begin < s.end)) return in_ground;
-    const TexelRay ray{solid.u_of(from.x),        solid.v_of(from.y),         from.z,
-                       direction.x * solid.width, -direction.y * solid.width, direction.z};
-    return in_ground + march(solid, ray, s);
+    const TexelRay texels{solid.u_of(from.x),        solid.v_of(from.y),         from.z,
+                          direction.x * solid.width, -direction.y * solid.width, direction.z};
+    return in_ground + march(solid, texels, s);
 }
 
 }  // namespace relit

@@ -6,23 +6,19 @@
 // it.
 #pragma once
 
-#include "core/base/vec.h"
 #include "core/field/solid.h"
+#include "core/visibility/ray.h"
 
 namespace relit {
 
 /// Length of the part of a ray that lies inside the solid, in scene units.
 ///
-/// @param solid      what is lit
-/// @param from       start, in scene units; usually `depth` below the surface
-/// @param direction  unit vector towards the light
-/// @param distance   from `from` to the light, >= 0; infinity for a light at infinity
-/// @return           r in [0, distance]; infinity over endless ground when the light is in it or
-///                     behind it
-/// @pre              coordinates are finite, |direction| = 1
+/// @param solid  what is lit
+/// @param ray    starts usually `depth` below the surface
+/// @return       r in [0, ray.distance]; infinity over endless ground when the light is in it or
+///               behind it
 ///
 /// Exact for the bilinear surface up to 1e-9 scene units. Allocates nothing; safe from any thread.
-[[nodiscard]] double inside_length(const Solid& solid, Vec3 from, Vec3 direction,
-                                   double distance) noexcept;
+[[nodiscard]] double inside_length(const Solid& solid, const Ray& ray) noexcept;
 
 }  // namespace relit

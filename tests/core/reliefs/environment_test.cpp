@@ -25,10 +25,10 @@ std::shared_ptr<const Image> environment(const char* name, int w, int h, bool en
 }
 
 double encoded_error_squared(const Rgb& a, const double (&b)[3]) {
-    const float values[3] = {a.r, a.g, a.b};
+    const double values[3] = {a.r, a.g, a.b};
     double sum = 0;
     for (int c = 0; c < 3; ++c) {
-        const double e = linear_to_srgb(values[c]) - linear_to_srgb(float(b[c]));
+        const double e = linear_to_srgb(float(values[c])) - linear_to_srgb(float(b[c]));
         sum += e * e / 3;
     }
     return sum;
@@ -118,15 +118,14 @@ INSTANTIATE_TEST_SUITE_P(Maps, EnvironmentAgainstReference, testing::ValuesIn(en
                          [](const auto& param_info) { return param_info.param.name; });
 
 // A 512 x 256 map has 131072 lights; a render gathers them.
-class GatheredEnvironment : public testing::TestWithParam<const char*> {};
-
-TEST_P(GatheredEnvironment, IsCloseToTheFullSum) {
-    RELIT_SKIP_WITHOUT_DATA(GetParam());
+double gathered_psnr_db(const char* file, const Specular& specular, std::optional<double> radius) {
     Scene scene;
     scene.field = smaller_field(load_relief(relief_files[4]), 79, 115, executor(), {});
+    scene.material.specular = specular;
     EnvironmentLight sky;
-    sky.map = environment(GetParam(), 512, 256, false);
+    sky.map = environment(file, 512, 256, false);
     sky.rotation = {40, 15};
+    sky.radius = radius;
     scene.lights = {sky};
     const Shader full(scene, Transfer::srgb, {.max_texels = 512 * 256});
     const Shader gathered(scene, Transfer::srgb, final_environment);
@@ -141,8 +140,29 @@ TEST_P(GatheredEnvironment, IsCloseToTheFullSum) {
     });
     double sum = 0;
     for (const double s : squares) sum += s;
-    RecordProperty("psnr_db", std::to_string(psnr_db(sum, 66)));
-    EXPECT_GE(psnr_db(sum, 66), tolerance::gathered_environment_psnr_db);
+    return psnr_db(sum, 66);
+}
+
+class GatheredEnvironment : public testing::TestWithParam<const char*> {};
+
+TEST_P(GatheredEnvironment, IsCloseToTheFullSum) {
+    RELIT_SKIP_WITHOUT_DATA(GetParam());
+    const double matt = gathered_psnr_db(GetParam(), {}, {});
+    RecordProperty("psnr_db", std::to_string(matt));
+    EXPECT_GE(matt, tolerance::gathered_environment_psnr_db);
+}
+
+TEST_P(GatheredEnvironment, KeepsSharpHighlightsWhole) {
+    RELIT_SKIP_WITHOUT_DATA(GetParam());
+    const double sharp = gathered_psnr_db(GetParam(), {1, {0.95, 1}, false}, {});
+    const double mirror = gathered_psnr_db(GetParam(), {1, {0.99, 1}, false}, {});
+    const double near_sphere = gathered_psnr_db(GetParam(), {0.5, {0.95, 1}, false}, 0.7);
+    RecordProperty("sharp_db", std::to_string(sharp));
+    RecordProperty("mirror_db", std::to_string(mirror));
+    RecordProperty("near_sphere_db", std::to_string(near_sphere));
+    EXPECT_GE(sharp, tolerance::gathered_highlight_psnr_db);
+    EXPECT_GE(mirror, tolerance::gathered_highlight_psnr_db);
+    EXPECT_GE(near_sphere, tolerance::gathered_highlight_psnr_db);
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, GatheredEnvironment,

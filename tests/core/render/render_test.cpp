@@ -291,6 +291,56 @@ TEST(Render, FilmicCurveRollsOffAndKeepsBlack) {
     EXPECT_NEAR(filmic(1e6f), 2.51 / 2.43, 1e-3);
 }
 
+TEST(Render, OfTheBrightestSceneThereMayBeHasNoNan) {
+    Scene scene = hilly_scene(12, 9);
+    scene.field.albedo = Image(12, 9, 3, 3e38f);
+    scene.material.diffuse_colour = {{1e4, 1e4, 1e4}, false};
+    EnvironmentLight sky;
+    sky.map = std::make_shared<const Image>(8, 4, 3, 3e38f);
+    sky.intensity = 1e4;
+    PointLight lamp;
+    lamp.colour = {{1e4, 1e4, 1e4}, false};
+    lamp.intensity = 1e4;
+    scene.lights = {lamp, lamp, sky};
+    for (const Tone tone : {Tone::clip, Tone::filmic})
+        for (const bool linear : {false, true}) {
+            const Image picture =
+                rendered(scene, {.width = 20, .exposure = 20, .tone = tone, .linear = linear});
+            for (const float v : picture.values) ASSERT_FALSE(std::isnan(v));
+            EXPECT_GE(*std::max_element(picture.values.begin(), picture.values.end()), 1);
+        }
+}
+
+TEST(Render, ThicknessStaysEndlessBesideEndlessWhenScaled) {
+    Scene scene;
+    scene.field = field_of(6, 6, [](int i, int) { return i < 3 ? 0 : 1; });
+    DirectionalLight level;
+    level.azimuth_deg = 90;
+    level.elevation_deg = 0;
+    scene.lights = {level};
+    const Image r =
+        rendered(scene, {.layer = Layer::thickness, .width = 24, .height = 6, .linear = true});
+    for (int i = 0; i + 1 < 24; ++i)
+        EXPECT_FALSE(std::isinf(r.at(i, 3)) && r.at(i + 1, 3) == 0) << i;
+}
+
+TEST(Render, UnderAnEnvironmentTurnedByWholeTurnsIsTheSame) {
+    Scene scene;
+    scene.field = field_of(4, 4, [](int, int) { return 0.5; });
+    scene.material.offset = Offset::view;
+    EnvironmentLight sky;
+    sky.map = std::make_shared<const Image>(2, 1, 3, 1.0f);
+    scene.lights = {sky};
+    const Image expected = rendered(scene, {.layer = Layer::illumination});
+    for (const double yaw : {180.0, 360.0, -360.0, 720.0}) {
+        sky.rotation = {yaw, 0};
+        scene.lights = {sky};
+        EXPECT_LT(largest_difference(rendered(scene, {.layer = Layer::illumination}), expected),
+                  1e-6)
+            << yaw;
+    }
+}
+
 TEST(Render, OfAMapOfOneTexelWorks) {
     Scene scene;
     scene.field = field_of(1, 1, [](int, int) { return 0.5; });

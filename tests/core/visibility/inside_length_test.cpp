@@ -16,7 +16,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double r_to_point(const Solid& solid, Vec3 from, Vec3 light) {
-    return inside_length(solid, from, normalized(light - from), length(light - from));
+    return inside_length(solid, ray_to_point(from, light));
 }
 
 // Length by brute force: the share of many points of the segment that is_inside() calls solid.
@@ -42,13 +42,13 @@ TEST(InsideLength, OnAPlaneGivesTheCosineForEveryTiltDepthAndSize) {
                     const Vec3 from = surface_point(plane, width / 2, 24) - depth * n;
                     for (const double azimuth : {0.0, 45.0, 133.0, 270.0}) {
                         const Vec3 l = direction_from(azimuth, 60);
-                        const double r = inside_length(plane, from, l, infinity);
+                        const double r = inside_length(plane, ray_along(from, l));
                         EXPECT_NEAR(length_illumination(depth, r), dot(n, l), tolerance::plane_d);
                         // Offset along the view: min(1, cos(theta)/n_z).
                         const Vec3 below =
                             surface_point(plane, width / 2, 24) - depth * Vec3{0, 0, 1};
                         EXPECT_NEAR(
-                            length_illumination(depth, inside_length(plane, below, l, infinity)),
+                            length_illumination(depth, inside_length(plane, ray_along(below, l))),
                             std::min(1.0, dot(n, l) / n.z), tolerance::plane_d);
                     }
                 }
@@ -73,7 +73,7 @@ TEST(InsideLength, LeavesTheMapOverEndlessGroundWithoutAChange) {
     const Vec3 l = direction_from(90, 3);
     for (const int i : {0, 15, 31}) {
         const double r =
-            inside_length(ground, surface_point(ground, i, 31) - Vec3{0, 0, 0.008}, l, infinity);
+            inside_length(ground, ray_along(surface_point(ground, i, 31) - Vec3{0, 0, 0.008}, l));
         EXPECT_NEAR(r, 0.008 / l.z, 1e-12) << "column " << i;
     }
 }
@@ -86,8 +86,8 @@ TEST(InsideLength, GrowsByAWallsThicknessAlongTheRayAndNoMore) {
     const Vec3 from{20.5 / 128, 0.12, 0.05 - 0.004};
     const Vec3 l = direction_from(90, 10);
     const double without =
-        inside_length(make_solid(map(0.1), relief, {}, 0.004), from, l, infinity);
-    const double with = inside_length(make_solid(map(1.0), relief, {}, 0.004), from, l, infinity);
+        inside_length(make_solid(map(0.1), relief, {}, 0.004), ray_along(from, l));
+    const double with = inside_length(make_solid(map(1.0), relief, {}, 0.004), ray_along(from, l));
     // The ray meets the wall's bilinear flanks half-way up, at 0.5 * (0.05 + 0.5) in the mean;
     // exact: where it crosses them.
     const auto flank =
@@ -155,23 +155,23 @@ TEST(InsideLength, AlongALineOfTexelCentresOrBordersIsAsBesideIt) {
              {direction_from(0, 12), direction_from(180, 12), direction_from(90, 12)}) {
             const Vec3 on{column / 32, column / 32, 0.1};
             const Vec3 beside = on + Vec3{1e-9, 1e-9, 0};
-            EXPECT_NEAR(inside_length(solid, on, l, infinity),
-                        inside_length(solid, beside, l, infinity), 1e-6);
+            EXPECT_NEAR(inside_length(solid, ray_along(on, l)),
+                        inside_length(solid, ray_along(beside, l)), 1e-6);
         }
 }
 
 TEST(InsideLength, StraightUpIsTheDepthAndStraightDownIsEndless) {
     const Solid solid = make_solid(hills(16, 16), 0.3, {}, 0.01);
     const Vec3 from = surface_point(solid, 5, 6) - Vec3{0, 0, 0.01};
-    EXPECT_NEAR(inside_length(solid, from, {0, 0, 1}, infinity), 0.01, 1e-12);
-    EXPECT_EQ(inside_length(solid, from, {0, 0, -1}, infinity), infinity);
+    EXPECT_NEAR(inside_length(solid, ray_along(from, Vec3{0, 0, 1})), 0.01, 1e-12);
+    EXPECT_EQ(inside_length(solid, ray_along(from, Vec3{0, 0, -1})), infinity);
 }
 
 TEST(InsideLength, IsEndlessForEveryLightInOrBehindEndlessGround) {
     const Solid solid = make_solid(hills(16, 16), 0.3, {}, 0.01);
     const Vec3 from = surface_point(solid, 5, 6) - Vec3{0, 0, 0.01};
     EXPECT_EQ(r_to_point(solid, from, {0.5, 0.5, -0.35}), infinity);
-    EXPECT_EQ(inside_length(solid, from, direction_from(20, -0.01), infinity), infinity);
+    EXPECT_EQ(inside_length(solid, ray_along(from, direction_from(20, -0.01))), infinity);
     EXPECT_LT(r_to_point(solid, from, {0.5, 0.5, 0}), infinity);
 }
 
@@ -179,29 +179,53 @@ TEST(InsideLength, ThroughAPanelWithABackIsItsThickness) {
     const Solid panel = make_solid(field_of(16, 16, [](int, int) { return 0.5; }), 0.2,
                                    {Base::Kind::level, -0.03}, 0.01);
     const Vec3 from = surface_point(panel, 8, 8) - Vec3{0, 0, 0.01};
-    EXPECT_NEAR(inside_length(panel, from, {0, 0, -1}, infinity), 0.1 - 0.01 + 0.03, 1e-7);
-    EXPECT_NEAR(inside_length(panel, from, direction_from(0, -60), infinity),
+    EXPECT_NEAR(inside_length(panel, ray_along(from, Vec3{0, 0, -1})), 0.1 - 0.01 + 0.03, 1e-7);
+    EXPECT_NEAR(inside_length(panel, ray_along(from, direction_from(0, -60))),
                 0.12 / std::sin(radians(60)), 1e-7);
 }
 
 TEST(InsideLength, CountsFromTheFloorOnWhereTheRayStartsBelowIt) {
     const Solid panel = make_solid(field_of(16, 16, [](int, int) { return 0.5; }), 0.2,
                                    {Base::Kind::level, 0.04}, 0.01);
-    EXPECT_NEAR(inside_length(panel, {0.5, 0.5, -0.02}, {0, 0, 1}, infinity), 0.1 - 0.04, 1e-7);
+    EXPECT_NEAR(inside_length(panel, ray_along(Vec3{0.5, 0.5, -0.02}, Vec3{0, 0, 1})), 0.1 - 0.04,
+                1e-7);
 }
 
 TEST(InsideLength, OfASingleTexelMapIsThatOfABox) {
     const Solid box =
         make_solid(field_of(1, 1, [](int, int) { return 1; }), 0.5, {Base::Kind::level, 0}, 0.01);
-    EXPECT_NEAR(inside_length(box, {0.25, 0.5, 0.25}, {1, 0, 0}, infinity), 0.75, 1e-9);
-    EXPECT_NEAR(inside_length(box, {0.25, 0.5, 0.25}, {0, -1, 0}, infinity), 0.5, 1e-9);
+    EXPECT_NEAR(inside_length(box, ray_along(Vec3{0.25, 0.5, 0.25}, Vec3{1, 0, 0})), 0.75, 1e-9);
+    EXPECT_NEAR(inside_length(box, ray_along(Vec3{0.25, 0.5, 0.25}, Vec3{0, -1, 0})), 0.5, 1e-9);
+}
+
+TEST(InsideLength, TowardsALightOnTheGroundIsFinite) {
+    const Solid flat = make_solid(field_of(24, 16, [](int, int) { return 0.2; }), 0.15, {}, 0.008);
+    for (const Vec3 light : {Vec3{1.3, 0.7, 0}, Vec3{0.5, 0.5, 0}})
+        for (int j = 0; j < 16; ++j)
+            for (int i = 0; i < 24; ++i) {
+                const Vec3 from = surface_point(flat, i, j) - Vec3{0, 0, 0.008};
+                EXPECT_LE(r_to_point(flat, from, light), length(light - from) + 1e-12)
+                    << i << ", " << j;
+            }
+}
+
+// Sines and cosines leave traces of a right angle: they must not decide what is in the ground.
+TEST(InsideLength, TakesDirectionsThatAreAllButLevelOrStraightAsThat) {
+    const Solid solid = make_solid(hills(16, 16), 0.3, {}, 0.01);
+    const Vec3 from = surface_point(solid, 5, 6) - Vec3{0, 0, 0.01};
+    for (const double trace : {6e-17, -6e-17, 1e-310, -1e-320}) {
+        EXPECT_EQ(inside_length(solid, ray_along(from, {1, 0, trace})),
+                  inside_length(solid, ray_along(from, {1, 0, 0})));
+        EXPECT_EQ(inside_length(solid, ray_along(from, {trace, 0, 1})),
+                  inside_length(solid, ray_along(from, {0, 0, 1})));
+    }
 }
 
 TEST(InsideLength, EndsAtTheLight) {
     const Solid box =
         make_solid(field_of(4, 4, [](int, int) { return 1; }), 0.5, {Base::Kind::level, 0}, 0.01);
     EXPECT_NEAR(r_to_point(box, {0.2, 0.5, 0.25}, {0.6, 0.5, 0.25}), 0.4, 1e-9);
-    EXPECT_EQ(inside_length(box, {0.2, 0.5, 0.25}, {0, 0, 1}, 0), 0);
+    EXPECT_EQ(r_to_point(box, {0.2, 0.5, 0.25}, {0.2, 0.5, 0.25}), 0);
 }
 
 // t -> 0 on a smooth convex surface: d -> max(0, cos(theta)) away from the terminator.
@@ -221,7 +245,7 @@ TEST(InsideLength, TendsToTheCosineOnASphereAsTheDepthVanishes) {
             const Vec3 n = normal_from(slopes_at(sphere, radius, i, j));
             if (n.z < 0.5 || std::abs(dot(n, l)) < 0.15) continue;
             const double d =
-                length_illumination(depth, inside_length(solid, p - depth * n, l, infinity));
+                length_illumination(depth, inside_length(solid, ray_along(p - depth * n, l)));
             EXPECT_NEAR(d, std::max(0.0, dot(n, l)), 0.02) << i << ", " << j;
         }
 }
