@@ -2,9 +2,12 @@
 // the settings (server/config.cpp) are these names with dashes; an error about a limit names it so.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+
+#include "core/io/decode.h"
 
 namespace relit::server {
 
@@ -41,5 +44,13 @@ struct Limits {
     std::chrono::seconds render_timeout{60};  ///< from the arrival of a request to its picture
     std::chrono::seconds stop_timeout{20};    ///< for the requests under way when the server stops
 };
+
+/// What of it the decoder is to hold files to.
+[[nodiscard]] inline DecodeLimits decode_limits(const Limits& limits) {
+    DecodeLimits decode;
+    decode.max_pixels = limits.max_image_pixels;
+    decode.max_interlaced_pixels = std::min(decode.max_interlaced_pixels, limits.max_image_pixels);
+    return decode;
+}
 
 }  // namespace relit::server

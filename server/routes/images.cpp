@@ -44,13 +44,6 @@ Reply image_reply(const StoredImage& image, int status) {
 
 }  // namespace
 
-DecodeLimits decode_limits(const Limits& limits) {
-    DecodeLimits decode;
-    decode.max_pixels = limits.max_image_pixels;
-    decode.max_interlaced_pixels = std::min(decode.max_interlaced_pixels, limits.max_image_pixels);
-    return decode;
-}
-
 Reply put_image(const Request& request, Services& services) {
     const auto put = store(uploaded_bytes(request), request, services);
     Reply reply = image_reply(services.images.info(put.id), put.created ? 201 : 200);

@@ -13,7 +13,4 @@ Reply get_image_content(const Request& request,
                         Services& services);                     ///< GET /v1/images/{id}/content
 Reply delete_image(const Request& request, Services& services);  ///< DELETE /v1/images/{id}
 
-/// What a decoder may be asked for under the server's limits.
-[[nodiscard]] DecodeLimits decode_limits(const Limits& limits);
-
 }  // namespace relit::server

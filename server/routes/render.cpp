@@ -2,6 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
 #include "core/render/render.h"
 #include "server/error_codes.h"
 #include "server/routes/render_request.h"
@@ -45,16 +49,30 @@ FindImage find_in(const RenderRequest& job, const Services& services) {
     };
 }
 
+// Sets a stop source at a time, unless it goes first.
+class Alarm {
+public:
+    Alarm(Clock::time_point at, std::stop_source& stop)
+        : thread_([at, &stop](const std::stop_token& gone) {
+              std::mutex mutex;
+              std::unique_lock lock(mutex);
+              std::condition_variable_any never;
+              never.wait_until(lock, gone, at, [] { return false; });
+              if (!gone.stop_requested()) stop.request_stop();
+          }) {}
+
+private:
+    std::jthread thread_;
+};
+
 // Renders until done, the client's leaving, or the deadline, whichever is first.
 Picture render_in_time(const Scene& scene, const Output& output, const Request& request,
                        const Executor& executor) {
     std::stop_source stop;
     const std::stop_callback leave(request.client_gone, [&] { stop.request_stop(); });
-    const auto check_time = [&](double) {
-        if (Clock::now() > request.deadline) stop.request_stop();
-    };
+    const Alarm alarm(request.deadline, stop);
     try {
-        return render(scene, output, {executor, stop.get_token(), check_time});
+        return render(scene, output, {executor, stop.get_token()});
     } catch (const Error& e) {
         if (e.code != error_code::cancelled || request.client_gone.stop_requested()) throw;
         throw Error(error_code::timed_out, "the picture was not ready in time (render-timeout)");
@@ -79,8 +97,10 @@ Reply render_picture(const Request& request, Services& services) {
     const RenderRequest job = parse_render_request(request, services.limits);
     const std::string etag = etag_of(job);
     const bool cacheable = job.scene.output.picture.accuracy == Accuracy::final;
-    if (request.is_get() && cacheable && has_etag(request, etag))
-        return not_modified(etag, cache_for_good);
+    const bool unchanged = request.is_get() && cacheable && has_etag(request, etag);
+    // "*" names whatever picture there is: that there is one is known when its images are loaded.
+    const bool any = request.header("If-None-Match") == "*";
+    if (unchanged && !any) return not_modified(etag, cache_for_good);
     stages.done("parse");
 
     const auto slot = services.renders.wait_for_slot(request.deadline, request.client_gone);
@@ -88,6 +108,7 @@ Reply render_picture(const Request& request, Services& services) {
     const Scene scene =
         load_scene(job.scene, find_in(job, services), services.limits, services.executor);
     stages.done("decode");
+    if (unchanged) return not_modified(etag, cache_for_good);
     const Output output = picture_output(job.scene.output);
     const Picture picture = render_in_time(scene, output, request, services.executor);
     stages.done("render");
@@ -101,7 +122,8 @@ Reply render_picture(const Request& request, Services& services) {
     reply.headers["Cache-Control"] = cacheable ? cache_for_good : "no-store";
     if (cacheable) reply.headers["ETag"] = etag;
     if (const auto& range = scene.field.rescaled_from)
-        reply.headers["Relit-Height-Range"] = fmt::format("{} {}", range->min, range->max);
+        reply.headers["Relit-Height-Range"] =
+            fmt::format("{} {}", float(range->min), float(range->max));
     return reply;
 }
 

@@ -28,16 +28,23 @@ auto blaming(const ImageSource& source, const Step& step) {
 }
 
 DecodedImage decoded(const ImageSource& source, const FindImage& find, const Limits& limits) {
-    return blaming(source, [&] {
-        DecodeLimits decode_limits;
-        decode_limits.max_pixels = limits.max_image_pixels;
-        return decode(find(source).bytes, decode_limits);
-    });
+    return blaming(source, [&] { return decode(find(source).bytes, decode_limits(limits)); });
 }
 
 // Integer colour images are sRGB-encoded, unless every number is to be used as it is.
 bool is_encoded(const DecodedImage& image, Transfer transfer) {
     return is_unsigned_integer(image.info.type) && transfer == Transfer::srgb;
+}
+
+// A colour image with its colour by itself; finite, since light and albedo have to be.
+DecodedImage decoded_colour(const ImageSource& source, const FindImage& find,
+                            const Limits& limits) {
+    DecodedImage image = decoded(source, find, limits);
+    if (!std::all_of(image.image.values.begin(), image.image.values.end(),
+                     [](float v) { return std::isfinite(v); }))
+        refuse_value("has texels that are not finite numbers", source.pointer);
+    if (image.info.associated) divide_by_alpha(image.image);
+    return image;
 }
 
 HeightField height_field(const SceneDescription& description, const FindImage& find,
@@ -52,7 +59,7 @@ HeightField height_field(const SceneDescription& description, const FindImage& f
         set_alpha(field, alpha.image, alpha.info.has_alpha, executor);
     }
     if (description.albedo) {
-        const DecodedImage albedo = decoded(*description.albedo, find, limits);
+        const DecodedImage albedo = decoded_colour(*description.albedo, find, limits);
         set_albedo(field, albedo.image, albedo.info.has_alpha,
                    is_encoded(albedo, description.output.picture.transfer), executor);
     }
@@ -61,7 +68,7 @@ HeightField height_field(const SceneDescription& description, const FindImage& f
 
 std::shared_ptr<const Image> environment_map(const ImageSource& source, Transfer transfer,
                                              const FindImage& find, const Limits& limits) {
-    const DecodedImage image = decoded(source, find, limits);
+    const DecodedImage image = decoded_colour(source, find, limits);
     if (std::int64_t(image.info.width) * image.info.height > limits.max_environment_pixels)
         throw Error(error_code::image_too_large,
                     fmt::format("the environment is {} x {} pixels; the limit is {} pixels "
@@ -69,9 +76,6 @@ std::shared_ptr<const Image> environment_map(const ImageSource& source, Transfer
                                 image.info.width, image.info.height, limits.max_environment_pixels),
                     source.pointer);
     Image map = rgb_channels(image.image, image.info.has_alpha);
-    if (!std::all_of(map.values.begin(), map.values.end(), [](float v) { return std::isfinite(v); }))
-        throw Error(error_code::invalid_value,
-                    "the environment has texels that are not finite numbers", source.pointer);
     if (is_encoded(image, transfer)) decode_srgb(map);
     // Filters leave small negative numbers at bright edges; there is no negative light.
     for (float& v : map.values) v = std::max(v, 0.0f);

@@ -104,7 +104,7 @@ concept Like = std::same_as<std::remove_const_t<M>, T>;
 
 constexpr Range anywhere = from_to(-1000, 1000);
 constexpr Range intensities = from_to(0, 10000);
-constexpr Range turns = from_to(-3600, 3600);
+constexpr Range turns = from_to(-1e6, 1e6);
 constexpr Range sizes = from_to(1, 32768);
 
 template <class V, Like<PointLight> L>
@@ -123,7 +123,7 @@ void fields(V& v, L& light) {
       "Degrees clockwise from the top of the image, towards the light.");
     v("elevation", light.elevation_deg, from_to(-90, 90),
       "Degrees above the image plane; negative = from behind.");
-    v("direction", light.direction, from_to(-1e6, 1e6),
+    v("direction", light.direction, from_to(-1e300, 1e300),
       "Towards the light, any length but 0; in place of azimuth and elevation.");
     v("color", light.colour, Any{}, "Colour of the light.");
     v("intensity", light.intensity, intensities, "Multiplies the colour.");

@@ -118,6 +118,19 @@ TEST(RenderEndToEnd, ThatTakesTooLongIsA504ThatNamesTheSetting) {
     EXPECT_LT(Clock::now() - start, 5s);
 }
 
+TEST(RenderEndToEnd, DeadlineCutsARowShort) {
+    RelitProcess relitd({.flags = {"--render-timeout=1", "--threads=1"}});
+    const std::string id = upload(relitd.port(), small_png(1, 2000, 1));
+    const std::string sky = upload(relitd.port(), small_png(2, 20, 10));
+    const auto start = Clock::now();
+    const HttpReply reply = render(
+        relitd.port(),
+        scene_of(id, R"(, "light": {"type": "environment", "radius": 1, "image": {"image": ")" +
+                         sky + R"("}}, "material": {"illumination": "count", "steps": 10000})"));
+    EXPECT_EQ(reply.status, 504);
+    EXPECT_LT(Clock::now() - start, 3s);
+}
+
 TEST(RenderEndToEnd, TermLetsARenderUnderWayFinish) {
     RelitProcess relitd({.flags = {"--threads=1"}});
     const std::string id = upload(relitd.port(), large_map());

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "core/io/decode.h"
 #include "server/error_codes.h"
 #include "server/storage/sha256.h"
@@ -146,6 +148,7 @@ TEST_F(RenderRoute, SaysFromWhichRangeHeightsWereRescaled) {
 TEST_F(RenderRoute, TakesImagesFromTheFormItCameIn) {
     Request request;
     request.method = "POST";
+    request.headers["Content-Type"] = "multipart/form-data; boundary=x";
     request.parts = {{"scene", "", "application/json", R"({"height": {"part": "relief"}})"},
                      {"relief", "relief.png", "image/png", png_}};
     const Reply reply = render_picture(request, services_.services);
@@ -207,7 +210,61 @@ TEST_F(RenderRoute, StopsAtTheDeadlineAndWhenTheClientIsGone) {
     }
 }
 
+TEST_F(RenderRoute, AnyEtagMatchesOnlyAPictureThatThereIs) {
+    EXPECT_EQ(get(scene(), "*").status, 304);
+    EXPECT_THROW((void)get(R"({"height": {"image": "gone"}})", "*"), Error);
+    EXPECT_THROW((void)get(scene(R"("output": {"region": [0, 0, 99, 99]})"), "*"), Error);
+}
+
+TEST_F(RenderRoute, RefusesFormsWithPartsThatNothingNames) {
+    const server::Part scene_part{"scene", "", "", R"({"height": {"part": "a"}})"};
+    const server::Part file{"a", "a.png", "", png_}, other{"b", "b.png", "", png_};
+    const auto refusal = [&](std::vector<server::Part> parts) -> std::string {
+        Request request;
+        request.method = "POST";
+        request.headers["Content-Type"] = "multipart/form-data; boundary=x";
+        request.parts = std::move(parts);
+        try {
+            (void)render_picture(request, services_.services);
+        } catch (const Error& e) {
+            return std::string(e.code);
+        }
+        return "";
+    };
+    EXPECT_EQ(refusal({scene_part, file}), "");
+    EXPECT_EQ(refusal({scene_part, file, other}), error_code::unknown_field);
+    EXPECT_EQ(refusal({scene_part, file, file}), error_code::duplicate_field);
+    EXPECT_EQ(refusal({scene_part, scene_part, file}), error_code::duplicate_field);
+    EXPECT_EQ(refusal({file}), error_code::missing_field);
+    EXPECT_EQ(refusal({}), error_code::missing_field);
+}
+
+TEST_F(RenderRoute, TakesHeightsAsStoredWhereTheyAreAssociatedWithAlpha) {
+    Image depth(4, 4, 4, 0.2f);  // a depth pass: no colour that somebody multiplied
+    for (int i = 0; i < 4; ++i) depth.at(i, 2, 3) = 0.5f;
+    EncodeOptions options{.format = PictureFormat::exr, .bit_depth = 32};
+    const std::string exr = encode(depth, options);
+    const Reply reply = post(R"({"height": {"data": ")" + encode_base64(exr) +
+                             R"("}, "output": {"layer": "height", "format": "exr"}})");
+    EXPECT_NEAR(decode(reply.bytes()).image.at(1, 2), 0.2, 1e-6);
+}
+
+TEST_F(RenderRoute, RefusesAlbedosThatAreNotFinite) {
+    Image albedo(4, 4, 3, 0.5f);
+    albedo.at(1, 1, 1) = std::numeric_limits<float>::infinity();
+    const std::string exr = encode(albedo, {.format = PictureFormat::exr, .bit_depth = 32});
+    expect_error(scene(R"("albedo": {"data": ")" + encode_base64(exr) + "\"}"),
+                 error_code::invalid_value, "/albedo/data");
+}
+
 TEST_F(RenderRoute, RefusesQueriesItDoesNotKnow) {
+    {
+        Request posted;
+        posted.method = "POST";
+        posted.body = scene();
+        posted.query = {{"foo", "1"}};
+        EXPECT_THROW((void)render_picture(posted, services_.services), Error);
+    }
     Request request;
     request.method = "GET";
     EXPECT_THROW((void)render_picture(request, services_.services), Error);
