@@ -16,11 +16,8 @@
 namespace relit {
 namespace {
 
-constexpr int max_jpeg_side =
-    65500;  // libjpeg's JPEG_MAX_DIMENSION, a little below the format's 65535
-constexpr int max_webp_side = WEBP_MAX_DIMENSION;
-
-void check_side(const Image& picture, int limit, const char* format) {
+void check_side(const Image& picture, PictureFormat picture_format, const char* format) {
+    const int limit = max_side_of(picture_format);
     if (picture.width > limit || picture.height > limit)
         throw Error(error_code::invalid_value,
                     std::string("a ") + format + " picture has at most " + std::to_string(limit) +
@@ -49,7 +46,7 @@ std::string write_with_openimageio(const char* plugin, OIIO::ImageSpec& spec, OI
 
 std::string encode_jpeg(const Image& picture, const EncodeOptions& options) {
     assert(picture.channels == 1 || picture.channels == 3);
-    check_side(picture, max_jpeg_side, "JPEG");
+    check_side(picture, PictureFormat::jpeg, "JPEG");
     OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, OIIO::TypeDesc::UINT8);
     spec.attribute("CompressionQuality", options.quality);
     spec.attribute("jpeg:subsampling", "4:4:4");
@@ -116,7 +113,7 @@ std::vector<std::uint8_t> coloured(const Image& picture) {
 }
 
 std::string encode_webp(const Image& picture, const EncodeOptions& options) {
-    check_side(picture, max_webp_side, "WebP");
+    check_side(picture, PictureFormat::webp, "WebP");
     WebPConfig config;
     if (!WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, float(options.quality)))
         throw std::runtime_error("libwebp is of another version");
@@ -169,6 +166,19 @@ std::string media_type_of(PictureFormat format) {
             return "image/x-exr";
     }
     return {};
+}
+
+int max_side_of(PictureFormat format) {
+    switch (format) {
+        case PictureFormat::jpeg:
+            return 65500;  // libjpeg's, a little below the format's 65535
+        case PictureFormat::webp:
+            return WEBP_MAX_DIMENSION;
+        case PictureFormat::png:
+        case PictureFormat::exr:
+            break;
+    }
+    return 1 << 20;
 }
 
 }  // namespace relit

@@ -42,6 +42,9 @@ struct EncodeOptions {
 /// Deterministic; safe from any thread.
 [[nodiscard]] std::string encode(const Image& picture, const EncodeOptions& options);
 
+/// The longest side in pixels that a file of the format can hold.
+[[nodiscard]] int max_side_of(PictureFormat format);
+
 [[nodiscard]] std::string media_type_of(PictureFormat format);  ///< "image/png", ..., "image/x-exr"
 
 }  // namespace relit

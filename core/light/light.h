@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <variant>
 #include <vector>
 
@@ -48,8 +47,8 @@ struct EnvironmentLight {
     Rotation rotation;
     std::optional<double> intensity;  ///< none: `auto`, 1.6 / mean luminance over the sphere
     Weighting weighting = Weighting::solid_angle;
-    std::optional<double>
-        radius;  ///< of a sphere about the map's centre at z = 0, scene units; none: infinitely far
+    /// Of a sphere about the map's centre at z = 0, scene units; none: infinitely far.
+    std::optional<double> radius;
 };
 
 using Light = std::variant<PointLight, DirectionalLight, EnvironmentLight>;

@@ -1,7 +1,5 @@
 #include "core/render/shader.h"
 
-#include <limits>
-
 #include "core/field/normals.h"
 #include "core/shade/factors.h"
 #include "core/visibility/inside_length.h"

@@ -1,4 +1,5 @@
 #include "server/http/head.h"
+#include "server/text.h"
 
 #include <algorithm>
 #include <charconv>
@@ -21,22 +22,8 @@ bool is_control(char c) { return (c >= 0 && c < 0x20) || c == 0x7f; }
 
 std::string lower(std::string_view text) {
     std::string result(text);
-    for (char& c : result)
-        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    for (char& c : result) c = server::lower(c);
     return result;
-}
-
-std::string_view trimmed(std::string_view text) {
-    const auto begin = text.find_first_not_of(" \t");
-    if (begin == std::string_view::npos) return {};
-    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
 }
 
 // Well-formed UTF-8 as Unicode 15, table 3-7: no overlong forms, no surrogates, nothing over

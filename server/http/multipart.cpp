@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "server/error_codes.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {
@@ -17,12 +18,6 @@ Error malformed(const std::string& detail) {
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
     const HeaderLess less;
     return !less(a, b) && !less(b, a);
-}
-
-std::string_view trimmed(std::string_view text) {
-    const auto begin = text.find_first_not_of(" \t");
-    if (begin == std::string_view::npos) return {};
-    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
 // A token, or a quoted string with backslashes before quotes and backslashes; leaves `rest` behind

@@ -101,20 +101,6 @@ void check_region(const Output& output, const HeightField& field) {
             "/output/region");
 }
 
-// The longest side that a file format can hold.
-int max_side(PictureFormat format) {
-    switch (format) {
-        case PictureFormat::jpeg:
-            return 65500;
-        case PictureFormat::webp:
-            return 16383;
-        case PictureFormat::png:
-        case PictureFormat::exr:
-            break;
-    }
-    return 1 << 20;
-}
-
 void check_size(const OutputDescription& output, const HeightField& field, const Limits& limits) {
     const PictureSize size = picture_size(output.picture, field.width(), field.height());
     if (std::int64_t(size.width) * size.height > limits.max_output_pixels)
@@ -125,10 +111,10 @@ void check_size(const OutputDescription& output, const HeightField& field, const
                 size.width, size.height, limits.max_output_pixels),
             output.picture.width ? "/output/width" : "/output/height");
     const int longest = std::max(size.width, size.height);
-    if (longest > max_side(output.format))
+    if (longest > max_side_of(output.format))
         throw Error(error_code::invalid_value,
                     fmt::format("the picture would be {} pixels long; this format holds {} at most",
-                                longest, max_side(output.format)),
+                                longest, max_side_of(output.format)),
                     "/output/format");
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/error_codes.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {
@@ -40,13 +41,6 @@ void read_or_null(const Json& json, std::optional<T>& value, const auto& rule,
                   const std::string& pointer) {
     value.reset();
     if (!json.is_null()) read(json, value.emplace(), rule, pointer);
-}
-
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
 }
 
 std::optional<Colour> colour_from_hex(const std::string& text) {
