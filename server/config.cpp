@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <set>
+#include <stdexcept>
 
 #include "server/routes/meta.h"
 
@@ -56,6 +57,14 @@ CLI::Option* time_setting(CLI::App& app, const std::string& flag, std::chrono::s
         ->check(CLI::Range(1, 86400));
 }
 
+void read_origins(const std::string& text, CorsPolicy& policy) {
+    try {
+        policy = parse_cors_policy(text);
+    } catch (const std::invalid_argument& error) {
+        throw CLI::ValidationError("--cors-origins", error.what());
+    }
+}
+
 void add_settings(CLI::App& app, Config& config) {
     Limits& limits = config.limits;
     const auto count = CLI::Range(1, 1'000'000);
@@ -69,10 +78,17 @@ void add_settings(CLI::App& app, Config& config) {
     setting(app, "--log-level", config.log_level, "How much to log")
         ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
 
+    app.add_option_function<std::string>(
+           "--cors-origins",
+           [&config](const std::string& text) { read_origins(text, config.cors); },
+           "Origins whose pages may read replies, with commas between; *: all; none: no other")
+        ->envname(variable_of("--cors-origins"))
+        ->default_str("*");
+
     setting(app, "--max-connections", limits.max_connections, "Connections at once; more wait")
         ->check(CLI::Range(1, 20'000));
     setting(app, "--max-renders", limits.max_renders,
-            "Renders at once; 0: one for every two threads")
+            "Renders at once, at most one per thread; 0: one for every two")
         ->check(CLI::Range(0, 1024));
     setting(app, "--max-queue", limits.max_queue,
             "Renders that may wait; more are refused with 503")
@@ -89,6 +105,8 @@ void add_settings(CLI::App& app, Config& config) {
     size_setting(app, "--max-body-memory", limits.max_body_memory_bytes,
                  "All bodies under way together");
     setting(app, "--max-parts", limits.max_parts, "Parts of a form")->check(count);
+    size_setting(app, "--max-storage", limits.max_storage_bytes,
+                 "All stored images together; the least recently used ones go first");
 
     setting(app, "--max-image-pixels", limits.max_image_pixels, "Pixels of an image")->check(pixels);
     setting(app, "--max-environment-pixels", limits.max_environment_pixels,
@@ -160,7 +178,13 @@ ConfigOrExit read_config(int argc, const char* const* argv, const char* const* e
 }
 
 int renders_at_once(const Config& config, int threads) {
-    return config.limits.max_renders > 0 ? config.limits.max_renders : std::max(1, threads / 2);
+    const int renders = config.limits.max_renders;
+    if (renders > threads)
+        throw std::runtime_error("--max-renders " + std::to_string(renders) + " is more than the " +
+                                 std::to_string(threads) +
+                                 " threads that render (--threads): every render works on one at "
+                                 "least");
+    return renders > 0 ? renders : std::max(1, threads / 2);
 }
 
 }  // namespace relit::server

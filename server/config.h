@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/http/cors.h"
 #include "server/limits.h"
 
 namespace relit::server {
@@ -19,6 +20,7 @@ struct Config {
     std::filesystem::path data_dir;
     int threads = 0;  ///< 0: one per processor
     std::string log_level = "info";
+    CorsPolicy cors;
     Limits limits;
 
     std::vector<std::pair<std::string, std::string>>
@@ -44,6 +46,8 @@ struct ConfigOrExit {
 
 /// How many renders run at once: max_renders, or one for every two threads (more only make each
 /// later).
+/// @throws std::runtime_error with a sentence for the operator: more than there are threads. Those
+///         beyond would hold their slots while they wait for a thread, where no stop reaches them.
 [[nodiscard]] int renders_at_once(const Config& config, int threads);
 
 }  // namespace relit::server

@@ -27,6 +27,9 @@ struct Limits {
     std::int64_t max_output_pixels = 64LL << 20;
     int max_lights = 64;
 
+    // What is kept.
+    std::size_t max_storage_bytes = 10ull << 30;  ///< all stored images; old ones go for new ones
+
     // How much goes on at once.
     int max_connections = 256;
     int max_renders = 0;  ///< 0: one for every two threads

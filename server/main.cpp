@@ -18,6 +18,7 @@
 #include "server/http/server.h"
 #include "server/routes/images.h"
 #include "server/routes/routes.h"
+#include "server/samples/samples.h"
 
 extern char** environ;  // NOLINT: POSIX declares it nowhere
 
@@ -120,12 +121,18 @@ int serve_until_stopped(Server& server, int signals, const Config& config) {
 
 int run(const Config& config, int signals) {
     const Limits& limits = config.limits;
-    ImageStore images(config.data_dir, decode_limits(limits));
+    std::vector<BuiltIn> shipped;
+    for (const Sample& sample : samples()) shipped.push_back({sample.id, sample.bytes});
+    ImageStore images(config.data_dir, {.decode = decode_limits(limits),
+                                        .max_bytes = limits.max_storage_bytes,
+                                        .built_in = std::move(shipped)});
     Executor executor(config.threads);
     RenderSlots renders({.max_running = renders_at_once(config, executor.threads()),
                          .max_waiting = limits.max_queue});
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
-    Services services{images, renders, decodes, executor, limits};
+    Metrics metrics;
+    Services services{images,  renders, decodes,     executor,
+                      metrics, limits,  config.cors, config.data_dir};
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);

@@ -1,9 +1,14 @@
 // What handlers work with: made once in main.cpp, or by a test, and passed to every handler.
 #pragma once
 
+#include <atomic>
+#include <filesystem>
+
 #include "core/base/parallel.h"
+#include "server/http/cors.h"
 #include "server/jobs/render_slots.h"
 #include "server/limits.h"
+#include "server/metrics.h"
 #include "server/storage/image_store.h"
 
 namespace relit::server {
@@ -13,7 +18,11 @@ struct Services {
     RenderSlots& renders;  ///< who may render, and who waits
     RenderSlots& decodes;  ///< who may decode an upload: one image is three times its pixels in memory
     Executor& executor;
+    Metrics& metrics;
     Limits limits;
+    CorsPolicy cors;                    ///< which pages of other origins may read replies
+    std::filesystem::path data_dir;     ///< has to be writable for /readyz
+    std::atomic<bool> stopping{false};  ///< set once, when the server takes no more connections
 };
 
 }  // namespace relit::server

@@ -119,6 +119,25 @@ claim "a new header in RELIT_HTTPLIB_DIR is enough" is_silent
 : >"$APT_LOG"
 run "$tree/server/setup" --tests
 claim "with all packages there apt-get is not called" test ! -s "$APT_LOG"
+mkdir -p "$tree/tests/page"
+echo '{}' >"$tree/tests/page/package-lock.json"
+export NPM_LOG="$work/npm.log"
+printf '#!/bin/sh\necho "no registry" >&2\nexit 1\n' >"$work/bin/npm"
+chmod +x "$work/bin/npm"
+run "$tree/server/setup" --tests
+claim "where npm fails the rest goes on" ended 0
+claim "and that tests will be skipped is said, with npm's words" says "no registry"
+cat >"$work/bin/npm" <<'END'
+#!/bin/sh
+echo "$1 $PWD" >>"$NPM_LOG"
+mkdir node_modules && touch node_modules/.package-lock.json
+END
+run "$tree/server/setup"
+claim "without --tests npm is not called" test ! -e "$NPM_LOG"
+run "$tree/server/setup" --tests
+claim "what the tests of the page list is installed there" grep -qx "ci $tree/tests/page" "$NPM_LOG"
+run "$tree/server/setup" --tests
+claim "once, until the list changes" test "$(wc -l <"$NPM_LOG")" = 1
 echo 'test  relit-no-such-package' >>"$tree/server/packages.txt"
 run "$tree/server/setup"
 claim "a missing test package does not matter to the build" is_silent

@@ -154,6 +154,19 @@ std::string encode(const Image& picture, const EncodeOptions& options) {
     return {};
 }
 
+std::vector<int> bit_depths_of(PictureFormat format) {
+    switch (format) {
+        case PictureFormat::png:
+            return {8, 16};
+        case PictureFormat::jpeg:
+        case PictureFormat::webp:
+            return {8};
+        case PictureFormat::exr:
+            break;
+    }
+    return {16, 32};
+}
+
 std::string media_type_of(PictureFormat format) {
     switch (format) {
         case PictureFormat::png:

@@ -20,7 +20,7 @@ struct TextEntry {
 
 struct EncodeOptions {
     PictureFormat format = PictureFormat::png;
-    int bit_depth = 8;  ///< png 8 or 16; jpeg and webp 8; exr 16 (half) or 32 (float)
+    int bit_depth = 8;  ///< one of bit_depths_of(format); of exr, 16 is half and 32 float
     int quality = 85;   ///< 1..100, jpeg and webp
     Effort effort = Effort::fast;
     /// The numbers are sRGB-encoded colour: marked so where the format can (not exr).
@@ -44,6 +44,9 @@ struct EncodeOptions {
 
 /// The longest side in pixels that a file of the format can hold.
 [[nodiscard]] int max_side_of(PictureFormat format);
+
+/// Bits per number that its files can have.
+[[nodiscard]] std::vector<int> bit_depths_of(PictureFormat format);
 
 [[nodiscard]] std::string media_type_of(PictureFormat format);  ///< "image/png", ..., "image/x-exr"
 

@@ -62,7 +62,10 @@ Connection::Received Connection::receive_from_socket(char* data, std::size_t siz
                                                      Clock::time_point deadline) {
     for (;;) {
         const auto received = ::recv(socket_, data, size, 0);
-        if (received > 0) return {Got::data, std::size_t(received)};
+        if (received > 0) {
+            traffic_.received += std::uint64_t(received);
+            return {Got::data, std::size_t(received)};
+        }
         if (received == 0) return {Got::end, 0};
         if (errno == EINTR) continue;
         if (errno != EAGAIN && errno != EWOULDBLOCK) return {Got::failure, 0};
@@ -127,6 +130,7 @@ std::size_t Connection::send(std::string_view data, Pace& pace) {
         const auto sent = ::send(socket_, data.data(), data.size(), MSG_NOSIGNAL);
         if (sent > 0) {
             pace.add(std::size_t(sent));
+            traffic_.sent += std::uint64_t(sent);
             return std::size_t(sent);
         }
         if (sent < 0 && errno == EINTR) continue;

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "server/limits.h"
+#include "server/metrics.h"
 
 namespace relit::server {
 
@@ -37,8 +38,10 @@ class Connection {
 public:
     enum class Got { data, end, timeout, failure };
 
-    /// @param socket  non-blocking; closed by the destructor
-    Connection(int socket, const Limits& limits) : socket_(socket), limits_(limits) {}
+    /// @param socket   non-blocking; closed by the destructor
+    /// @param traffic  counts the bytes of all connections
+    Connection(int socket, const Limits& limits, Traffic& traffic)
+        : socket_(socket), limits_(limits), traffic_(traffic) {}
     ~Connection();
     Connection(const Connection&) = delete;
     Connection& operator=(const Connection&) = delete;
@@ -90,6 +93,7 @@ private:
 
     int socket_;
     const Limits& limits_;
+    Traffic& traffic_;
     std::string buffer_;
     std::size_t taken_ = 0;
     bool new_ = true;

@@ -11,7 +11,9 @@
 #include <set>
 
 #include "server/error_codes.h"
+#include "server/http/cors.h"
 #include "server/http/problem.h"
+#include "server/services.h"
 
 namespace relit::server {
 namespace {
@@ -55,10 +57,30 @@ std::string loggable(std::string_view path) {
     return path.size() > 200 ? text + "..." : text;
 }
 
-void finish(const Request& request, Reply& reply, Clock::time_point start) {
+// A method as a label: a client can send any word.
+std::string_view method_label(const Request& request) {
+    if (request.head) return "HEAD";
+    constexpr std::string_view known[] = {"GET", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
+    const auto* const found = std::find(std::begin(known), std::end(known), request.method);
+    return found == std::end(known) ? "other" : *found;
+}
+
+void count(const Router& router, const Request& request, const Reply& reply, Clock::duration time,
+           Metrics& metrics) {
+    const auto route = router.pattern_of(request.path);
+    ++metrics.requests.of({route, method_label(request), reply.status});
+    metrics.request_times.of(route).observe(time);
+    if (!reply.error_code.empty()) ++metrics.errors.of(reply.error_code);
+}
+
+void finish(const Router& router, const Request& request, Reply& reply, Clock::time_point start,
+            Services& services) {
     reply.headers.insert_or_assign("Relit-Request-Id", request.id);
     reply.headers.emplace("X-Content-Type-Options", "nosniff");
-    const std::chrono::duration<double, std::milli> took = Clock::now() - start;
+    add_cors_headers(services.cors, request, reply);
+    const auto time = Clock::now() - start;
+    count(router, request, reply, time, services.metrics);
+    const std::chrono::duration<double, std::milli> took = time;
     spdlog::info("request id={} method={} path={} status={} bytes={} ms={:.2f}{}{}", request.id,
                  request.head ? std::string_view("HEAD") : std::string_view(request.method),
                  loggable(request.path), reply.status, reply.bytes().size(), took.count(),
@@ -72,17 +94,18 @@ Reply answer_error(const Router& router, const Request& request, const Error& er
     return reply;
 }
 
-Reply answer_options(const Router& router, const Request& request) {
+Reply answer_options(const Router& router, const Request& request, const CorsPolicy& cors) {
     const auto allowed = router.allowed_methods(request.path);
     if (allowed.empty()) throw Error(error_code::not_found, "There is nothing at this path.");
     Reply reply;
     reply.status = 204;
     reply.headers.emplace("Allow", allowed);
+    add_preflight_headers(cors, request, allowed, reply);
     return reply;
 }
 
 Reply call_handler(const Router& router, Request& request, Services& services) {
-    if (request.method == "OPTIONS") return answer_options(router, request);
+    if (request.method == "OPTIONS") return answer_options(router, request, services.cors);
     auto [route, params] = router.match(request.method, request.path);
     request.path_params = std::move(params);
     return route.handler(request, services);
@@ -110,6 +133,13 @@ Router::Match Router::match(std::string_view method, std::string_view path) cons
     if (!path_exists) throw Error(error_code::not_found, "There is nothing at this path.");
     throw Error(error_code::method_not_allowed,
                 "The method does not apply to this path; it takes " + allowed_methods(path) + ".");
+}
+
+std::string_view Router::pattern_of(std::string_view path) const {
+    const auto segments = segments_of(path);
+    for (const Entry& entry : entries_)
+        if (fits(entry.segments, segments)) return entry.route.pattern;
+    return "none";
 }
 
 std::string Router::allowed_methods(std::string_view path) const {
@@ -142,13 +172,13 @@ Reply dispatch(const Router& router, Request request, Services& services) {
         spdlog::error("request id={} failed", request.id);
         reply = problem_reply({error_code::internal, "The server failed to answer."});
     }
-    finish(request, reply, start);
+    finish(router, request, reply, start, services);
     return reply;
 }
 
-Reply refuse(const Router& router, const Request& request, const Error& error) {
+Reply refuse(const Router& router, const Request& request, const Error& error, Services& services) {
     Reply reply = answer_error(router, request, error);
-    finish(request, reply, Clock::now());
+    finish(router, request, reply, Clock::now(), services);
     return reply;
 }
 

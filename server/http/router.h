@@ -41,6 +41,9 @@ public:
     /// @throws Error not_found (no pattern fits), method_not_allowed (one fits, with other methods)
     [[nodiscard]] Match match(std::string_view method, std::string_view path) const;
 
+    /// The pattern that a path fits, whatever its methods; "none" where there is no such path.
+    [[nodiscard]] std::string_view pattern_of(std::string_view path) const;
+
     /// What `Allow` lists for a path, "GET, HEAD, OPTIONS, POST"; empty where there is no such
     /// path.
     [[nodiscard]] std::string allowed_methods(std::string_view path) const;
@@ -54,12 +57,14 @@ private:
 };
 
 /// Answers a request: match, call the handler, turn what it throws into a problem document. OPTIONS
-/// is answered here with `Allow`. Every reply carries `Relit-Request-Id`; every request is one line
-/// of the log.
+/// is answered here with `Allow`. Every reply carries `Relit-Request-Id` and the headers of CORS;
+/// every request is counted, and is one line of the log.
 [[nodiscard]] Reply dispatch(const Router& router, Request request, Services& services);
 
-/// Answers a request that is refused before a handler sees it, with the same headers and log line.
-[[nodiscard]] Reply refuse(const Router& router, const Request& request, const Error& error);
+/// Answers a request that is refused before a handler sees it: with the same headers, counted and
+/// logged as well.
+[[nodiscard]] Reply refuse(const Router& router, const Request& request, const Error& error,
+                           Services& services);
 
 /// A name for a request, different for each within and between runs of the server.
 [[nodiscard]] std::string new_request_id();

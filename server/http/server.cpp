@@ -24,10 +24,10 @@
 
 #include "server/error_codes.h"
 #include "server/http/connection.h"
+#include "server/http/exchange.h"
 #include "server/http/hangup_watch.h"
-#include "server/http/head.h"
-#include "server/http/multipart.h"
 #include "server/http/workers.h"
+#include "server/services.h"
 
 namespace relit::server {
 namespace {
@@ -94,39 +94,25 @@ struct Library : httplib::Server {
     using httplib::Server::svr_sock_;
 };
 
-// Counts the bytes of bodies in flight, over all connections; gives them back when the request is
-// over.
-class BodyMemory {
-public:
-    BodyMemory(std::atomic<std::size_t>& total, std::size_t max) : total_(total), max_(max) {}
-    ~BodyMemory() { total_ -= mine_; }
-    BodyMemory(const BodyMemory&) = delete;
-    BodyMemory& operator=(const BodyMemory&) = delete;
+// A request and its reply on their way through the library, which hands its callbacks nothing of
+// ours; a connection is served by one thread from end to end.
+struct Passage {
+    Exchange& exchange;
+    LibraryStream& stream;
+};
+thread_local Passage* current = nullptr;
 
-    [[nodiscard]] bool add(std::size_t bytes) {
-        mine_ += bytes;
-        return total_.fetch_add(bytes) + bytes <= max_;
-    }
+// Adds one for as long as it lives.
+class Counted {
+public:
+    explicit Counted(std::atomic<int>& count) : count_(count) { ++count_; }
+    ~Counted() { --count_; }
+    Counted(const Counted&) = delete;
+    Counted& operator=(const Counted&) = delete;
 
 private:
-    std::atomic<std::size_t>& total_;
-    std::size_t max_;
-    std::size_t mine_ = 0;
+    std::atomic<int>& count_;
 };
-
-// One request and its reply on their way through the library.
-struct Exchange {
-    Head head;
-    Request request;
-    const Route* route = nullptr;  // of a request with a body
-    std::optional<Error> refusal;  // answered without reading further, then the connection is closed
-    bool keep_open = false;
-    LibraryStream* stream = nullptr;
-};
-
-// The library hands its callbacks nothing of ours; a connection is served by one thread from end to
-// end.
-thread_local Exchange* current = nullptr;
 
 std::string library_head(const Exchange& exchange) {
     const Head& head = exchange.head;
@@ -161,45 +147,6 @@ void give_to_library(Reply reply, httplib::Response& response) {
         size, type, [held](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
             return sink.write(held->bytes().data() + offset, length);
         });
-}
-
-// What was sent of a head that could not be parsed, as far as the reply and the log can use it.
-void describe_unparsed(std::string_view text, Request& request) {
-    const auto line = text.substr(0, text.find_first_of("\r\n"));
-    const auto method = line.substr(0, line.find(' '));
-    const auto rest = line.substr(std::min(method.size() + 1, line.size()));
-    request.head = method == "HEAD";
-    request.method = "?";
-    request.path = rest.substr(0, rest.find_first_of(" ?"));
-}
-
-void fill_request(Head& head, Request& request) {
-    request.head = head.method == "HEAD";
-    request.method = request.head ? "GET" : head.method;
-    request.path = head.path;
-    request.query = std::move(head.query);
-    request.headers = std::move(head.headers);
-}
-
-Error too_large(const Route& route) {
-    if (route.max_body_bytes == 0)
-        return {error_code::body_too_large, "A request to this path has no body."};
-    return {error_code::body_too_large, "The body is larger than " + std::string(route.limit_name) +
-                                            ", " + std::to_string(route.max_body_bytes) +
-                                            " bytes."};
-}
-
-std::optional<Error> refusal_of_piece(std::size_t received, std::size_t size, const Route& route,
-                                      BodyMemory& memory) {
-    if (received + size > route.max_body_bytes) return too_large(route);
-    if (memory.add(size)) return std::nullopt;
-    return Error(error_code::memory_full, "The bodies under way fill max-body-memory.");
-}
-
-Error interrupted(Connection::Got last) {
-    if (last == Connection::Got::timeout)
-        return {error_code::request_timeout, "The body arrived too slowly."};
-    return {error_code::malformed_request, "The body is incomplete or its chunks are broken."};
 }
 
 [[noreturn]] void fail_to_listen(const std::string& host, int port, int error) {
@@ -247,7 +194,7 @@ struct Server::Impl {
     // --- callbacks of the library, in their order ---
 
     httplib::Server::HandlerResponse answer_without_body(httplib::Response& response) {
-        Exchange& exchange = *current;
+        Exchange& exchange = current->exchange;
         if (!exchange.refusal && exchange.head.has_body())
             return httplib::Server::HandlerResponse::Unhandled;
         give_to_library(answer(exchange), response);
@@ -255,10 +202,14 @@ struct Server::Impl {
     }
 
     void answer_with_body(const httplib::ContentReader& reader, httplib::Response& response) {
-        Exchange& exchange = *current;
-        BodyMemory memory(body_bytes, limits.max_body_memory_bytes);
+        Exchange& exchange = current->exchange;
+        std::optional<IncomingBody> body;  // counted until the reply is made
         try {
-            read_body(reader, exchange, memory);
+            body.emplace(exchange, body_bytes, limits);
+            const bool whole = reader([&](const char* data, std::size_t size) {
+                return body->add({data, size});
+            });
+            body->finish(whole, current->stream.last());
         } catch (const Error& error) {
             exchange.refusal = error;
         } catch (const std::bad_alloc&) {
@@ -268,52 +219,35 @@ struct Server::Impl {
         give_to_library(answer(exchange), response);
     }
 
-    void read_body(const httplib::ContentReader& reader, Exchange& exchange, BodyMemory& memory) {
-        std::string body;
-        body.reserve(exchange.head.content_length.value_or(0));
-        std::optional<Error> error;
-        const bool whole = reader([&](const char* data, std::size_t size) {
-            error = refusal_of_piece(body.size(), size, *exchange.route, memory);
-            if (!error) body.append(data, size);
-            return !error;
-        });
-        if (error) throw Error(*error);
-        if (!whole) throw interrupted(exchange.stream->last());
-        const auto type = exchange.request.header("Content-Type").value_or("");
-        if (is_multipart(type)) {
-            exchange.request.parts = parse_multipart(std::move(body), type, limits.max_parts);
-        } else {
-            exchange.request.body = std::move(body);
-        }
-    }
-
     Reply answer(Exchange& exchange) {
         if (exchange.refusal) {
             exchange.keep_open = false;
-            return refuse(router, exchange.request, *exchange.refusal);
+            return refuse(router, exchange.request, *exchange.refusal, services);
         }
         exchange.request.deadline = std::chrono::steady_clock::now() + limits.render_timeout;
         Reply reply = dispatch(router, std::move(exchange.request), services);
-        exchange.keep_open = exchange.head.keep_alive && !stopping && !crowded;
+        exchange.keep_open = exchange.head.keep_alive && !services.stopping && !crowded;
         return reply;
     }
 
     // Corrects what the library adds to every head.
     void finish_head(httplib::Response& response) {
-        current->stream->begin_reply();
+        const Exchange& exchange = current->exchange;
+        current->stream.begin_reply();
         for (const char* name : {"Keep-Alive", "Connection", "Accept-Ranges"})
             response.headers.erase(name);
         if (response.status == 204 || response.status == 304)
             response.headers.erase("Content-Length");
-        if (!current->keep_open) response.set_header("Connection", "close");
-        else if (!current->head.is_1_1) response.set_header("Connection", "keep-alive");
+        if (!exchange.keep_open) response.set_header("Connection", "close");
+        else if (!exchange.head.is_1_1) response.set_header("Connection", "keep-alive");
         response.set_header("Date", http_date());
     }
 
     // --- connections ---
 
     void serve_connection(int socket) {
-        Connection connection(socket, limits);
+        Connection connection(socket, limits, services.metrics.traffic);
+        const Counted open(services.metrics.connections);
         const auto watched = hangups.watch(socket);
         try {
             while (connection.wait_for_request(give_way))
@@ -326,12 +260,12 @@ struct Server::Impl {
     // @return whether the connection stays open
     bool serve_request(Connection& connection, std::stop_token client_gone) {
         Exchange exchange;
-        if (!receive_head(connection, exchange)) return false;
+        if (!receive_head(connection, router, limits, exchange)) return false;
         exchange.request.id = new_request_id();
         exchange.request.client_gone = std::move(client_gone);
         LibraryStream stream(connection, library_head(exchange), limits);
-        exchange.stream = &stream;
-        current = &exchange;
+        Passage passage{exchange, stream};
+        current = &passage;
         bool closed = false;
         const bool sent =
             library.process_request(stream, {}, 0, {}, 0, false, closed, nullptr, nullptr);
@@ -341,54 +275,16 @@ struct Server::Impl {
         return false;
     }
 
-    // Receives and judges a head. @return false where there is nobody to answer
-    bool receive_head(Connection& connection, Exchange& exchange) {
-        const auto received = connection.receive_head();
-        if (received.got == Connection::Got::end || received.got == Connection::Got::failure)
-            return false;
-        const auto text = connection.buffered();
-        try {
-            if (received.got == Connection::Got::timeout)
-                throw Error(error_code::request_timeout, "The head arrived too slowly.");
-            if (received.malformed)
-                throw Error(error_code::malformed_request, "The request is not HTTP.");
-            if (received.too_large) throw head_too_large(text, limits);
-            exchange.head = parse_head(text.substr(0, received.size), limits);
-        } catch (const Error& error) {
-            describe_unparsed(text, exchange.request);
-            exchange.refusal = error;
-            return true;
-        }
-        connection.take(received.size);
-        fill_request(exchange.head, exchange.request);
-        if (exchange.head.may_have_body()) judge_body(exchange);
-        return true;
-    }
-
-    // Refuses before the body is read what would be refused after.
-    void judge_body(Exchange& exchange) {
-        try {
-            exchange.route = &router.match(exchange.request.method, exchange.request.path).route;
-            if (!exchange.head.has_length())
-                throw Error(error_code::length_required,
-                            "The request needs a Content-Length, or a chunked body.");
-            if (exchange.head.content_length.value_or(0) > exchange.route->max_body_bytes)
-                throw too_large(*exchange.route);
-        } catch (const Error& error) {
-            exchange.refusal = error;
-        }
-    }
-
     // --- listening ---
 
     void accept_connections() {
         pollfd waiting[2] = {{.fd = listener, .events = POLLIN, .revents = 0},
                              {.fd = stop_accepting, .events = POLLIN, .revents = 0}};
-        while (!stopping) {
+        while (!services.stopping) {
             if (::poll(waiting, 2, -1) < 0 && errno != EINTR)
                 throw std::runtime_error("poll failed");
             make_room();
-            if (stopping) return;
+            if (services.stopping) return;
             const int socket = ::accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
             if (socket >= 0) {
                 const int on = 1;
@@ -410,14 +306,13 @@ struct Server::Impl {
         workers.wait_for_room();
         crowded = false;
         eventfd_t value = 0;
-        if (!stopping) ::eventfd_read(give_way, &value);
-        if (stopping) ::eventfd_write(give_way, 1);  // stop() may have come between
+        if (!services.stopping) ::eventfd_read(give_way, &value);
+        if (services.stopping) ::eventfd_write(give_way, 1);  // stop() may have come between
     }
 
     const Router& router;
     Services& services;
     const Limits& limits;
-    std::atomic<bool> stopping{false};
     std::atomic<bool> crowded{false};  // somebody waits for a connection to end
     std::atomic<std::size_t> body_bytes{0};
     int listener = -1;
@@ -455,7 +350,7 @@ void Server::serve() {
 }
 
 void Server::stop() {
-    impl_->stopping = true;
+    impl_->services.stopping = true;
     ::eventfd_write(impl_->give_way, 1);
     ::eventfd_write(impl_->stop_accepting, 1);
     impl_->workers.release();

@@ -12,6 +12,10 @@ Error cancelled() { return {error_code::cancelled, "The request was abandoned wh
 
 Error timed_out() { return {error_code::timed_out, "The request waited until its time was over."}; }
 
+Error superseded() {
+    return {error_code::superseded, "A newer request of the same Relit-Session took its place."};
+}
+
 }  // namespace
 
 RenderSlots::RenderSlots(Settings settings, Now now)
@@ -20,53 +24,98 @@ RenderSlots::RenderSlots(Settings settings, Now now)
 }
 
 RenderSlots::Slot RenderSlots::wait_for_slot(Clock::time_point deadline,
-                                             const std::stop_token& stop) {
+                                             const std::stop_token& stop,
+                                             std::string_view session) {
     const auto arrival = now_();
+    Places mine;
+    mine.emplace_back(session);
+    const auto place = mine.begin();
     std::unique_lock lock(mutex_);
     if (stop.stop_requested()) throw cancelled();
     if (arrival >= deadline) throw timed_out();
-    if (running_ < settings_.max_running && line_.empty()) ++running_;
-    else wait_in_line(lock, deadline, stop);
-    return {this, now_() - arrival};
-}
-
-void RenderSlots::wait_in_line(std::unique_lock<std::mutex>& lock, Clock::time_point deadline,
-                               const std::stop_token& stop) {
-    if (int(line_.size()) >= settings_.max_waiting)
+    const auto older = waiting_of(session);
+    const bool at_once = int(running_.size()) < settings_.max_running && line_.empty();
+    if (!at_once && older == line_.end() && int(line_.size()) >= settings_.max_waiting)
         throw Error(error_code::queue_full, "As many requests are waiting as " +
                                                 settings_.max_waiting_name + " allows, " +
                                                 std::to_string(settings_.max_waiting) + ".");
-    Waiter waiter;
-    const auto place = line_.insert(line_.end(), &waiter);
-    while (!waiter.granted && !stop.stop_requested() && now_() < deadline) {
-        waiter.recheck = false;
+    auto stopping = working_for(session);
+    line_.splice(older, mine);
+    if (older != line_.end()) displace(older);
+    if (at_once) run_next();
+    if (!stopping.empty()) {
+        lock.unlock();  // a stop runs callbacks
+        for (std::stop_source& work : stopping) work.request_stop();
+        lock.lock();
+    }
+    wait_in_line(lock, place, deadline, stop);
+    return {this, place, now_() - arrival};
+}
+
+void RenderSlots::supersede(std::string_view session) {
+    std::unique_lock lock(mutex_);
+    auto stopping = working_for(session);
+    if (const auto older = waiting_of(session); older != line_.end()) displace(older);
+    lock.unlock();
+    for (std::stop_source& work : stopping) work.request_stop();
+}
+
+// The one place of a session in the line, or its end.
+RenderSlots::Places::iterator RenderSlots::waiting_of(std::string_view session) {
+    if (session.empty()) return line_.end();
+    return std::find_if(line_.begin(), line_.end(),
+                        [&](const Place& place) { return place.session == session; });
+}
+
+std::list<std::stop_source> RenderSlots::working_for(std::string_view session) const {
+    std::list<std::stop_source> sources;
+    for (const Place& place : running_)
+        if (!session.empty() && place.session == session) sources.push_back(place.superseded);
+    return sources;
+}
+
+void RenderSlots::displace(Places::iterator older) {
+    displaced_.splice(displaced_.end(), line_, older);
+    older->state = Place::displaced;
+    older->changed.notify_one();
+}
+
+void RenderSlots::wait_in_line(std::unique_lock<std::mutex>& lock, Places::iterator place,
+                               Clock::time_point deadline, const std::stop_token& stop) {
+    while (place->state == Place::waiting && !stop.stop_requested() && now_() < deadline) {
+        place->recheck = false;
         // Not longer than an hour at once: the largest time points overflow in the wait.
         const auto patience = std::min<Clock::duration>(deadline - now_(), std::chrono::hours(1));
-        waiter.changed.wait_for(lock, stop, patience,
-                                [&] { return waiter.granted || waiter.recheck; });
+        place->changed.wait_for(lock, stop, patience,
+                                [&] { return place->state != Place::waiting || place->recheck; });
     }
-    if (waiter.granted)
+    if (place->state == Place::running)
         return;  // also when it comes with the deadline: the slot is ours to give back
+    if (place->state == Place::displaced) {
+        displaced_.erase(place);
+        throw superseded();
+    }
     line_.erase(place);
     throw stop.stop_requested() ? cancelled() : timed_out();
 }
 
+void RenderSlots::run_next() noexcept {
+    const auto next = line_.begin();
+    running_.splice(running_.end(), line_, next);
+    next->state = Place::running;
+    next->changed.notify_one();
+}
+
 // A slot passes to the next in line before anybody else can see it free.
-void RenderSlots::release() noexcept {
+void RenderSlots::release(Places::iterator place) noexcept {
     const std::scoped_lock lock(mutex_);
-    if (line_.empty()) {
-        --running_;
-        return;
-    }
-    Waiter& next = *line_.front();
-    line_.pop_front();
-    next.granted = true;
-    next.changed.notify_one();
+    running_.erase(place);
+    if (!line_.empty()) run_next();
 }
 
 int RenderSlots::running() const {
     const std::scoped_lock lock(mutex_);
-    return running_;
+    return int(running_.size());
 }
 
 int RenderSlots::waiting() const {
@@ -76,9 +125,9 @@ int RenderSlots::waiting() const {
 
 void RenderSlots::recheck() {
     const std::scoped_lock lock(mutex_);
-    for (Waiter* waiter : line_) {
-        waiter->recheck = true;
-        waiter->changed.notify_one();
+    for (Place& place : line_) {
+        place.recheck = true;
+        place.changed.notify_one();
     }
 }
 

@@ -1,6 +1,6 @@
 // Who may work now and who waits, in the order of arrival. A machine renders no faster for being
 // asked by many at once, so requests queue here, and a full queue says so at once instead of making
-// everybody late.
+// everybody late. Of a session, one client's stream of frames, only the newest request counts.
 #pragma once
 
 #include <chrono>
@@ -10,6 +10,7 @@
 #include <mutex>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace relit::server {
@@ -19,7 +20,17 @@ namespace relit::server {
 /// Strictly first come, first served: a slot that becomes free goes to the longest waiting, and a
 /// newcomer never passes a waiter. (A mutex and a condition variable alone let newcomers pass:
 /// measured, a request among eight clients then waits up to 18 times the median.)
+///
+/// A request of a session supersedes the older ones of that session, in the order in which they
+/// ask here: those that work are told to stop, one that waits loses its place. The newcomer goes
+/// to the end of the line, unless one of its own waited: then it takes over that one's place. At
+/// the end, a user who drags faster than the line moves would start over with every frame and see
+/// none until he lets go; in the old place he waits as long as anybody else, and nobody waits
+/// longer for it. A session has at most one place in the line, and no session is remembered that
+/// has no request here.
 class RenderSlots {
+    struct Place;
+
 public:
     using Clock = std::chrono::steady_clock;
     using Now = std::function<Clock::time_point()>;
@@ -39,27 +50,41 @@ public:
     /// The right to work, given back when it is destroyed. Must not outlive its RenderSlots.
     class [[nodiscard]] Slot {
     public:
-        Slot(Slot&& other) noexcept : slots_(std::exchange(other.slots_, nullptr)) {}
+        Slot(Slot&& other) noexcept
+            : slots_(std::exchange(other.slots_, nullptr)),
+              place_(other.place_),
+              waited_(other.waited_) {}
         Slot& operator=(Slot&&) = delete;
         ~Slot() {
-            if (slots_) slots_->release();
+            if (slots_) slots_->release(place_);
         }
 
         /// How long it was waited for.
         [[nodiscard]] Clock::duration waited() const { return waited_; }
 
+        /// Set when a newer request of the session has come: the work is to stop.
+        [[nodiscard]] std::stop_token stop_token() const { return place_->superseded.get_token(); }
+
     private:
         friend class RenderSlots;
-        Slot(RenderSlots* slots, Clock::duration waited) : slots_(slots), waited_(waited) {}
+        Slot(RenderSlots* slots, std::list<Place>::iterator place, Clock::duration waited)
+            : slots_(slots), place_(place), waited_(waited) {}
         RenderSlots* slots_;
+        std::list<Place>::iterator place_;
         Clock::duration waited_{};
     };
 
     /// A slot, at once or when it is this caller's turn.
     ///
-    /// @throws Error queue_full (as many wait as may), timed_out (`deadline` has passed), cancelled
-    ///         (`stop` is set); after each of them the caller's place is gone
-    Slot wait_for_slot(Clock::time_point deadline, const std::stop_token& stop);
+    /// @param session  whose older requests this one supersedes; empty: nobody's
+    /// @throws Error queue_full (as many wait as may; nothing is superseded then), timed_out
+    ///         (`deadline` has passed), cancelled (`stop` is set), superseded (by a newer request of
+    ///         the session); after each of them the caller's place is gone
+    Slot wait_for_slot(Clock::time_point deadline, const std::stop_token& stop,
+                       std::string_view session = {});
+
+    /// Supersedes the requests of a session for one that needs no slot.
+    void supersede(std::string_view session);
 
     [[nodiscard]] int running() const;
     [[nodiscard]] int waiting() const;
@@ -68,22 +93,32 @@ public:
     void recheck();
 
 private:
-    struct Waiter {
+    struct Place {
+        explicit Place(std::string_view its_session) : session(its_session) {}
+        std::string session;
+        std::stop_source superseded{};
         std::condition_variable_any
-            changed;  // one each, so that a free slot wakes exactly its next owner
-        bool granted = false;
+            changed{};  // one each, so that a free slot wakes exactly its next owner
+        enum { waiting, running, displaced } state = waiting;
         bool recheck = false;
     };
+    using Places = std::list<Place>;
 
-    void wait_in_line(std::unique_lock<std::mutex>& lock, Clock::time_point deadline,
-                      const std::stop_token& stop);
-    void release() noexcept;
+    [[nodiscard]] Places::iterator waiting_of(std::string_view session);
+    [[nodiscard]] std::list<std::stop_source> working_for(std::string_view session) const;
+    void displace(Places::iterator older);
+    void wait_in_line(std::unique_lock<std::mutex>& lock, Places::iterator place,
+                      Clock::time_point deadline, const std::stop_token& stop);
+    void run_next() noexcept;
+    void release(Places::iterator place) noexcept;
 
     const Settings settings_;
     const Now now_;
     mutable std::mutex mutex_;
-    std::list<Waiter*> line_;  // those not granted, longest waiting first
-    int running_ = 0;
+    // A place moves from list to list and stays where it is in memory.
+    Places line_;       // longest waiting first
+    Places running_;    // their owners hold slots
+    Places displaced_;  // lost their place in the line and do not know it yet
 };
 
 }  // namespace relit::server

@@ -1,9 +1,13 @@
 #include "server/routes/images.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
+#include <charconv>
 
 #include "server/error_codes.h"
 #include "server/http/multipart.h"
+#include "server/routes/query.h"
 #include "server/schema/image_json.h"
 
 namespace relit::server {
@@ -27,7 +31,7 @@ std::string_view uploaded_bytes(const Request& request) {
 // Bytes that are stored have been decoded once already.
 ImageStore::Put store(std::string_view bytes, const Request& request, Services& services) {
     auto id = ImageStore::id_of(bytes);
-    if (services.images.contains(id)) return {std::move(id), false};
+    if (auto image = services.images.find(id)) return {std::move(id), false, std::move(*image)};
     ImageInfo info;
     {
         const auto slot = services.decodes.wait_for_slot(request.deadline, request.client_gone);
@@ -36,23 +40,69 @@ ImageStore::Put store(std::string_view bytes, const Request& request, Services& 
     return services.images.put(bytes, info);
 }
 
-Reply image_reply(const StoredImage& image, int status) {
-    Reply reply{.status = status, .content_type = "application/json", .body = image_json(image)};
+Reply json_reply(std::string json, int status) {
+    Reply reply{.status = status, .content_type = "application/json", .body = std::move(json)};
     reply.headers.emplace("Cache-Control", "no-cache");
     return reply;
+}
+
+// All of the text, in decimal.
+template <typename Number>
+std::optional<Number> parse_number(std::string_view text) {
+    Number number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return number;
+}
+
+std::size_t page_size(const Request& request) {
+    const auto text = request.query_value("limit");
+    if (!text) return 100;
+    const auto size = parse_number<std::size_t>(*text);
+    if (!size || *size < 1 || *size > 1000)
+        throw Error(error_code::invalid_value,
+                    "the parameter 'limit' must be a whole number from 1 to 1000");
+    return *size;
+}
+
+// A place in the list as clients see it: "<nanoseconds since 1970>-<id>". It says all there is to
+// say, so that it outlives its image.
+std::string place_text(const ImagePlace& place) {
+    return fmt::format("{}-{}", place.created.time_since_epoch().count(), place.id);
+}
+
+ImagePlace parse_place(const std::string& text, const ImageStore& images) {
+    if (auto place = images.place(text)) return std::move(*place);
+    const auto dash = text.rfind('-');
+    const auto created = parse_number<std::int64_t>(std::string_view(text).substr(0, dash));
+    if (dash == std::string::npos || !created || !ImageStore::is_id(text.substr(dash + 1)))
+        throw Error(error_code::invalid_value,
+                    "the parameter 'after' must be the 'next' of a page of images or the id of a "
+                    "stored image");
+    return {FileTime(std::chrono::nanoseconds(*created)), text.substr(dash + 1)};
 }
 
 }  // namespace
 
 Reply put_image(const Request& request, Services& services) {
     const auto put = store(uploaded_bytes(request), request, services);
-    Reply reply = image_reply(services.images.info(put.id), put.created ? 201 : 200);
+    Reply reply = json_reply(image_json(put.image), put.created ? 201 : 200);
     reply.headers.emplace("Location", "/v1/images/" + put.id);
     return reply;
 }
 
+Reply list_images(const Request& request, Services& services) {
+    allow_parameters(request, {"limit", "after"});
+    std::optional<ImagePlace> after;
+    if (const auto text = request.query_value("after")) after = parse_place(*text, services.images);
+    const auto page = services.images.list(page_size(request), after);
+    std::optional<std::string> next;
+    if (page.next) next = place_text(*page.next);
+    return json_reply(image_list_json(page.images, next), 200);
+}
+
 Reply get_image(const Request& request, Services& services) {
-    return image_reply(services.images.info(request.path_params.at("id")), 200);
+    return json_reply(image_json(services.images.info(request.path_params.at("id"))), 200);
 }
 
 Reply get_image_content(const Request& request, Services& services) {

@@ -1,11 +1,55 @@
 #include "server/routes/meta.h"
 
+#include <unistd.h>
+
+#include "server/error_codes.h"
+#include "server/process_metrics.h"
+
 namespace relit::server {
+namespace {
+
+Reply status_reply(const char* json) {
+    Reply reply{.content_type = "application/json", .body = json};
+    reply.headers.emplace("Cache-Control", "no-store");
+    return reply;
+}
+
+// What others keep, asked for at this moment.
+std::vector<PlainMetric> gauges(const Services& services) {
+    const ImageStore& images = services.images;
+    const RenderSlots &renders = services.renders, &decodes = services.decodes;
+    return {
+        {"relit_renders_running", "Renders that have a slot.", false, double(renders.running())},
+        {"relit_renders_waiting", "Renders in the queue.", false, double(renders.waiting())},
+        {"relit_decodes_running", "Uploads being decoded.", false, double(decodes.running())},
+        {"relit_decodes_waiting", "Uploads that wait to be decoded.", false,
+         double(decodes.waiting())},
+        {"relit_stored_bytes", "Size of all stored images.", false, double(images.stored_bytes())},
+        {"relit_stored_images", "Images stored.", false, double(images.stored_images())},
+        {"relit_evicted_images_total", "Images that went to make room for others.", true,
+         double(images.evicted_images())},
+    };
+}
+
+}  // namespace
 
 std::string_view version() { return RELIT_VERSION; }
 
-Reply get_health(const Request&, Services&) {
-    Reply reply{.content_type = "application/json", .body = R"({"status":"ok"})"};
+Reply get_health(const Request&, Services&) { return status_reply(R"({"status":"ok"})"); }
+
+Reply get_readiness(const Request&, Services& services) {
+    if (services.stopping) throw Error(error_code::shutting_down, "The server is stopping.");
+    if (::access(services.data_dir.c_str(), W_OK | X_OK) != 0)
+        throw Error(error_code::not_ready, "The data folder cannot be written.");
+    return status_reply(R"({"status":"ready"})");
+}
+
+Reply get_metrics(const Request&, Services& services) {
+    auto others = gauges(services);
+    const auto process = process_metrics();
+    others.insert(others.end(), process.begin(), process.end());
+    Reply reply{.content_type = std::string(metrics_media_type),
+                .body = metrics_text(services.metrics, version(), others)};
     reply.headers.emplace("Cache-Control", "no-store");
     return reply;
 }

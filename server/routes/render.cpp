@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -9,6 +10,7 @@
 #include "core/render/render.h"
 #include "server/error_codes.h"
 #include "server/routes/render_request.h"
+#include "server/scenes/picture_etag.h"
 #include "server/scenes/scene_loading.h"
 
 namespace relit::server {
@@ -19,34 +21,43 @@ using Clock = std::chrono::steady_clock;
 // Everything that a URL with ids in it names stays what it is.
 constexpr const char* cache_for_good = "public, max-age=31536000, immutable";
 
-// Milliseconds of each stage, for Server-Timing.
+// How long each stage took, for Server-Timing (in milliseconds) and the metrics.
 class Stages {
 public:
-    void done(std::string_view stage) {
-        const auto now = Clock::now();
-        const std::chrono::duration<double, std::milli> took = now - begin_;
-        begin_ = now;
-        text_ += fmt::format("{}{};dur={:.2f}", text_.empty() ? "" : ", ", stage, took.count());
+    explicit Stages(Metrics& metrics) : metrics_(metrics) {}
+
+    void parsed() { add("parse", next()); }
+    void done(RenderStage stage) {
+        const auto took = next();
+        metrics_.observe(stage, took);
+        add(render_stage_names[std::size_t(stage)], took);
     }
     [[nodiscard]] const std::string& text() const { return text_; }
 
 private:
+    Clock::duration next() {
+        const auto begin = std::exchange(begin_, Clock::now());
+        return begin_ - begin;
+    }
+    void add(std::string_view stage, std::chrono::duration<double, std::milli> took) {
+        text_ += fmt::format("{}{};dur={:.2f}", text_.empty() ? "" : ", ", stage, took.count());
+    }
+
+    Metrics& metrics_;
     Clock::time_point begin_ = Clock::now();
     std::string text_;
 };
 
-FindImage find_in(const RenderRequest& job, const Services& services) {
-    return [&](const ImageSource& source) -> SharedBytes {
-        const auto brought = job.brought.find(source.text);
-        if (brought != job.brought.end()) return {nullptr, brought->second};
-        try {
-            return services.images.get(source.text);
-        } catch (const Error& e) {
-            if (e.code != error_code::not_found) throw;
-            throw Error(error_code::not_found, "there is no image of this id: upload it (again)",
-                        source.pointer);
-        }
-    };
+// The stream of frames that the request belongs to; empty: none.
+std::string session_of(const Request& request) {
+    const auto token = request.header("Relit-Session");
+    if (!token) return {};
+    const bool visible =
+        std::all_of(token->begin(), token->end(), [](char c) { return c > ' ' && c < 0x7f; });
+    if (token->empty() || token->size() > 128 || !visible)
+        throw Error(error_code::malformed_request,
+                    "the header Relit-Session must have 1 to 128 visible ASCII characters");
+    return *token;
 }
 
 // Sets a stop source at a time, unless it goes first.
@@ -65,16 +76,21 @@ private:
     std::jthread thread_;
 };
 
-// Renders until done, the client's leaving, or the deadline, whichever is first.
+// Renders until done, the client's leaving, a newer request of its session, or the deadline,
+// whichever is first.
 Picture render_in_time(const Scene& scene, const Output& output, const Request& request,
-                       const Executor& executor) {
+                       const std::stop_token& superseded, const Executor& executor) {
     std::stop_source stop;
     const std::stop_callback leave(request.client_gone, [&] { stop.request_stop(); });
+    const std::stop_callback give_way(superseded, [&] { stop.request_stop(); });
     const Alarm alarm(request.deadline, stop);
     try {
         return render(scene, output, {executor, stop.get_token()});
     } catch (const Error& e) {
         if (e.code != error_code::cancelled || request.client_gone.stop_requested()) throw;
+        if (superseded.stop_requested())
+            throw Error(error_code::superseded,
+                        "a newer request of the same Relit-Session stopped this one");
         throw Error(error_code::timed_out, "the picture was not ready in time (render-timeout)");
     }
 }
@@ -90,41 +106,85 @@ std::string accuracy_text(const Output& output, const Picture& picture) {
     return text;
 }
 
-}  // namespace
+// Counts how a render ends that was let into the queue.
+template <class Render>
+Reply counted(Metrics& metrics, const Render& render) {
+    const auto result_of = [](std::string_view code) {
+        return code == error_code::cancelled    ? RenderResult::cancelled
+               : code == error_code::timed_out  ? RenderResult::timed_out
+               : code == error_code::superseded ? RenderResult::superseded
+                                                : RenderResult::failed;
+    };
+    try {
+        Reply reply = render();
+        metrics.count(RenderResult::done);
+        return reply;
+    } catch (const Error& e) {
+        if (e.code != error_code::queue_full) metrics.count(result_of(e.code));
+        throw;
+    } catch (...) {
+        metrics.count(RenderResult::failed);
+        throw;
+    }
+}
 
-Reply render_picture(const Request& request, Services& services) {
-    Stages stages;
-    const RenderRequest job = parse_render_request(request, services.limits);
-    const std::string etag = etag_of(job);
-    const bool cacheable = job.scene.output.picture.accuracy == Accuracy::final;
-    const bool unchanged = request.is_get() && cacheable && has_etag(request, etag);
-    // "*" names whatever picture there is: that there is one is known when its images are loaded.
-    const bool any = request.header("If-None-Match") == "*";
-    if (unchanged && !any) return not_modified(etag, cache_for_good);
-    stages.done("parse");
+// What a picture's name in caches is: its ETag, unless it is a preview.
+struct Caching {
+    std::string etag;
+    bool cacheable = false;
+    bool unchanged = false;  // the client has it, if there is such a picture
+};
 
-    const auto slot = services.renders.wait_for_slot(request.deadline, request.client_gone);
-    stages.done("queue");
-    const Scene scene =
-        load_scene(job.scene, find_in(job, services), services.limits, services.executor);
-    stages.done("decode");
-    if (unchanged) return not_modified(etag, cache_for_good);
+Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const std::string& session,
+                      const Request& request, Services& services, Stages& stages) {
+    const auto slot =
+        services.renders.wait_for_slot(request.deadline, request.client_gone, session);
+    stages.done(RenderStage::queue);
+    const FindImage find = find_in(job, services.images);  // in use until the picture is done
+    const Scene scene = load_scene(job.scene, find, services.limits, services.executor);
+    stages.done(RenderStage::decode);
+    if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
     const Output output = picture_output(job.scene.output);
-    const Picture picture = render_in_time(scene, output, request, services.executor);
-    stages.done("render");
+    const Picture picture =
+        render_in_time(scene, output, request, slot.stop_token(), services.executor);
+    stages.done(RenderStage::render);
 
     Reply reply;
     reply.content_type = media_type_of(job.scene.output.format);
     reply.body = encode(picture.pixels, encode_options(job.scene.output, job.scene_text));
-    stages.done("encode");
+    stages.done(RenderStage::encode);
+    services.metrics.rendered_pixels +=
+        std::uint64_t(picture.pixels.width) * std::uint64_t(picture.pixels.height);
     reply.headers["Server-Timing"] = stages.text();
     reply.headers["Relit-Accuracy"] = accuracy_text(output, picture);
-    reply.headers["Cache-Control"] = cacheable ? cache_for_good : "no-store";
-    if (cacheable) reply.headers["ETag"] = etag;
+    reply.headers["Cache-Control"] = caching.cacheable ? cache_for_good : "no-store";
+    if (caching.cacheable) reply.headers["ETag"] = caching.etag;
     if (const auto& range = scene.field.rescaled_from)
         reply.headers["Relit-Height-Range"] =
             fmt::format("{} {}", float(range->min), float(range->max));
     return reply;
+}
+
+}  // namespace
+
+Reply render_picture(const Request& request, Services& services) {
+    Stages stages(services.metrics);
+    const std::string session = session_of(request);
+    const RenderRequest job = parse_render_request(request, services.limits);
+    Caching caching;
+    caching.etag = picture_etag(job.scene_text);
+    caching.cacheable = job.scene.output.picture.accuracy == Accuracy::final;
+    caching.unchanged = request.is_get() && caching.cacheable && has_etag(request, caching.etag);
+    // "*" names whatever picture there is: that there is one is known when its images are loaded.
+    const bool any = request.header("If-None-Match") == "*";
+    if (caching.unchanged && !any) {
+        services.renders.supersede(session);
+        return not_modified(caching.etag, cache_for_good);
+    }
+    stages.parsed();
+    return counted(services.metrics, [&] {
+        return picture_in_turn(job, caching, session, request, services, stages);
+    });
 }
 
 }  // namespace relit::server

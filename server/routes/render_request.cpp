@@ -2,14 +2,17 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <memory>
 #include <set>
+#include <vector>
 
-#include "core/render/render.h"
 #include "server/error_codes.h"
 #include "server/http/multipart.h"
+#include "server/routes/query.h"
 #include "server/schema/base64.h"
 #include "server/schema/field_error.h"
 #include "server/schema/scene_json.h"
+#include "server/schema/settings.h"
 #include "server/storage/sha256.h"
 
 namespace relit::server {
@@ -21,16 +24,13 @@ const Part* find_part(const Request& request, std::string_view name) {
     return nullptr;
 }
 
-void check_query(const Request& request, bool takes_scene) {
-    for (const auto& [name, value] : request.query)
-        if (!takes_scene || name != "scene")
-            throw Error(error_code::unknown_field,
-                        fmt::format("there is no parameter '{}' here", name));
-    if (request.query.size() > 1)
-        throw Error(error_code::duplicate_field, "the parameter 'scene' is there twice");
+std::string format_of_path(const std::string& path) {
+    const std::string ending = path.substr(path.rfind('.') + 1);
+    return ending == "jpg" ? "jpeg" : ending;
 }
 
 std::string scene_of_query(const Request& request) {
+    allow_parameters(request, {"scene"});
     const auto encoded = request.query_value("scene");
     if (!encoded) throw Error(error_code::missing_field, "the parameter 'scene' is missing");
     auto scene = decode_base64url(*encoded);
@@ -47,9 +47,26 @@ void check_parts(const Request& request) {
                         fmt::format("the form has two parts '{}'", part.name));
 }
 
+// "/v1/images/{id}/relit.webp?light=0.3,0.8,0.4": what the path says and the parameters over it.
+std::string scene_of_path(const Request& request, const std::string& id) {
+    const std::string format = format_of_path(request.path);
+    std::vector<Setting> settings;
+    for (const auto& [name, value] : request.query) {
+        if (name == "height" || name.starts_with("height."))
+            refuse_value("is the image that the path names", "/height");
+        if (name == "output.format") refuse_value("is what the path ends in", "/output/format");
+        settings.push_back({name, value});
+    }
+    settings.push_back({"height.image", id});
+    settings.push_back({"output.format", format});
+    return with_settings("{}", settings);
+}
+
 std::string scene_of(const Request& request) {
-    check_query(request, request.is_get());
+    const auto id = request.path_params.find("id");
+    if (id != request.path_params.end()) return scene_of_path(request, id->second);
     if (request.is_get()) return scene_of_query(request);
+    allow_parameters(request, {});
     if (!is_multipart(request.header("Content-Type").value_or(""))) return request.body;
     check_parts(request);
     const Part* part = find_part(request, "scene");
@@ -96,10 +113,18 @@ RenderRequest parse_render_request(const Request& request, const Limits& limits)
     return result;
 }
 
-std::string etag_of(const RenderRequest& request) {
-    const std::string all =
-        fmt::format("{}\n{}\n{}", request.scene_text, RELIT_VERSION, picture_revision);
-    return '"' + sha256_hex(all).substr(0, 32) + '"';
+FindImage find_in(const RenderRequest& request, const ImageStore& images) {
+    auto in_use = std::make_shared<std::vector<SharedBytes>>();
+    return [&request, &images, in_use](const ImageSource& source) -> SharedBytes {
+        const auto brought = request.brought.find(source.text);
+        if (brought != request.brought.end()) return {nullptr, brought->second};
+        try {
+            return in_use->emplace_back(images.get(source.text));
+        } catch (const Error& e) {
+            if (e.code != error_code::not_found) throw;
+            throw Error(e.code, e.what(), source.pointer);
+        }
+    };
 }
 
 }  // namespace relit::server

@@ -7,7 +7,9 @@
 
 #include "server/http/message.h"
 #include "server/limits.h"
+#include "server/scenes/scene_loading.h"
 #include "server/schema/description.h"
+#include "server/storage/image_store.h"
 
 namespace relit::server {
 
@@ -17,11 +19,18 @@ struct RenderRequest {
     std::string scene_text;  ///< the scene in its one form, as scene_json() writes it
 };
 
+/// POST: the scene as JSON, or multipart/form-data with a part `scene` and the files that it names
+/// as parts. GET: the parameter `scene`, base64url-encoded JSON; or, where the path names an image
+/// ("/v1/images/{id}/relit.png"), the scene's fields as flat parameters (settings.h), the height
+/// map and the format being the path's.
+///
 /// @throws Error malformed_request, malformed_json and the others of parse_scene(); `pointer` names
 ///               the field
 [[nodiscard]] RenderRequest parse_render_request(const Request& request, const Limits& limits);
 
-/// A strong validator: a hash of everything that determines the picture's bytes.
-[[nodiscard]] std::string etag_of(const RenderRequest& request);
+/// Where load_scene() finds the images of a request: among those that came along, then in `images`.
+/// What it has found counts as in use until the last copy of the function is gone.
+/// @throws Error (the function) not_found at the field that names the image
+[[nodiscard]] FindImage find_in(const RenderRequest& request, const ImageStore& images);
 
 }  // namespace relit::server

@@ -1,21 +1,39 @@
 #include "server/routes/routes.h"
 
+#include "server/page/page.h"
+#include "server/routes/catalogue.h"
 #include "server/routes/images.h"
 #include "server/routes/meta.h"
 #include "server/routes/render.h"
+#include "server/routes/scene.h"
 
 namespace relit::server {
 
 std::vector<Route> routes(const Limits& limits) {
     return {
+        {"GET", "/", get_front_page},
+        {"GET", "/docs", get_docs_page},
+        {"GET", "/page/{file}", get_page_file},
         {"POST", "/v1/images", put_image, limits.max_image_bytes, "max-image-bytes"},
+        {"GET", "/v1/images", list_images},
         {"GET", "/v1/images/{id}", get_image},
         {"GET", "/v1/images/{id}/content", get_image_content},
         {"DELETE", "/v1/images/{id}", delete_image},
+        {"GET", "/v1/images/{id}/relit.png", render_picture},
+        {"GET", "/v1/images/{id}/relit.jpg", render_picture},
+        {"GET", "/v1/images/{id}/relit.webp", render_picture},
+        {"GET", "/v1/images/{id}/relit.exr", render_picture},
+        {"POST", "/v1/scene", check_scene, limits.max_body_bytes, "max-body-bytes"},
         {"GET", "/v1/render", render_picture},
         {"POST", "/v1/render", render_picture, limits.max_body_bytes, "max-body-bytes"},
+        {"GET", "/v1/presets", get_presets},
+        {"GET", "/v1/samples", get_samples},
+        {"GET", "/v1/capabilities", get_capabilities},
         {"GET", "/v1/version", get_version},
+        {"GET", "/openapi.json", get_openapi},
         {"GET", "/healthz", get_health},
+        {"GET", "/readyz", get_readiness},
+        {"GET", "/metrics", get_metrics},
     };
 }
 

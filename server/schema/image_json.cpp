@@ -1,18 +1,43 @@
 #include "server/schema/image_json.h"
 
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
+
 #include <nlohmann/json.hpp>
 
 namespace relit::server {
+namespace {
 
-std::string image_json(const StoredImage& image) {
-    return nlohmann::ordered_json{{"id", image.id},
-                                  {"width", image.info.width},
-                                  {"height", image.info.height},
-                                  {"channels", image.info.channels},
-                                  {"type", name_of(image.info.type)},
-                                  {"format", name_of(image.info.format)},
-                                  {"bytes", image.size_bytes}}
-        .dump();
+using Json = nlohmann::ordered_json;
+
+// RFC 3339, always with three digits of the second.
+std::string time_text(FileTime time) {
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+    const auto rest = std::chrono::floor<std::chrono::milliseconds>(time - seconds);
+    return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z",
+                       fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)), rest.count());
+}
+
+Json json_of(const StoredImage& image) {
+    return {{"id", image.id},
+            {"width", image.info.width},
+            {"height", image.info.height},
+            {"channels", image.info.channels},
+            {"type", name_of(image.info.type)},
+            {"format", name_of(image.info.format)},
+            {"bytes", image.size_bytes},
+            {"created", image.created ? Json(time_text(*image.created)) : Json(nullptr)}};
+}
+
+}  // namespace
+
+std::string image_json(const StoredImage& image) { return json_of(image).dump(); }
+
+std::string image_list_json(const std::vector<StoredImage>& images,
+                            const std::optional<std::string>& next) {
+    Json list = Json::array();
+    for (const StoredImage& image : images) list.push_back(json_of(image));
+    return Json{{"images", std::move(list)}, {"next", next ? Json(*next) : Json(nullptr)}}.dump();
 }
 
 }  // namespace relit::server

@@ -1,18 +1,91 @@
 #include "server/schema/presets.h"
 
+#include "server/schema/preset_merge.h"
 #include "server/schema/reader.h"
+#include "server/schema/writer.h"
 
 namespace relit::server {
 namespace {
 
 struct Preset {
-    std::string_view name;
+    PresetInfo info;
     std::string_view scene;
 };
 
 constexpr Preset presets[] = {
+    {{"bas-relief", "Unpainted plaster, crisp and matt, under a light from the upper left."}, R"({
+        "base": "none",
+        "light": {"type": "point", "position": [0.15, 0.95, 0.6], "intensity": 1.1},
+        "material": {"depth": 0.006, "diffuseColor": "#ece6da", "baseColor": "#0c0d10"}
+    })"},
+    {{"marble", "Polished white marble: light goes a little way in, edges are soft."}, R"({
+        "base": "none",
+        "light": {"type": "point", "position": [0.15, 0.95, 0.6], "intensity": 1.1},
+        "material": {"illumination": "exponential", "attenuation": 70, "depth": 0.006,
+                     "diffuseColor": "#f4efe8", "baseColor": "#14161a",
+                     "specular": {"k": 0.08, "falloff": [0.85, 1]}}
+    })"},
+    {{"bronze", "A bronze coin or plaque: low relief, warm highlights that shadows cut."}, R"({
+        "base": "none", "relief": 0.12,
+        "light": {"type": "point", "position": [0.15, 0.95, 0.5], "intensity": 1.7},
+        "material": {"depth": 0.005, "diffuseColor": "#8a5a2b", "specularColor": "#ffc98a",
+                     "baseColor": "#120a05",
+                     "specular": {"k": 0.45, "falloff": [0.35, 1], "occlude": true}}
+    })"},
+    {{"gold", "Gold: as bronze, brighter and yellower."}, R"({
+        "base": "none", "relief": 0.12,
+        "light": {"type": "point", "position": [0.15, 0.95, 0.5], "intensity": 2},
+        "material": {"depth": 0.005, "diffuseColor": "#b8862b", "specularColor": "#ffe08a",
+                     "baseColor": "#1c1004",
+                     "specular": {"k": 0.5, "falloff": [0.3, 1], "occlude": true}}
+    })"},
+    {{"wax", "Candle wax: a warm light behind it, another before it, and edges that glow."}, R"({
+        "base": -0.01, "relief": 0.2,
+        "lights": [{"type": "point", "position": [0.5, 0.5, -0.35], "intensity": 1.8,
+                    "color": [1, 0.72, 0.42]},
+                   {"type": "point", "position": [0.15, 0.95, 0.45], "intensity": 0.8,
+                    "color": [1, 0.9, 0.75]}],
+        "material": {"illumination": "exponential", "attenuation": 18, "depth": 0.008,
+                     "diffuseColor": "#ffdda6", "baseColor": "#140a04", "scatter": {"k": 0.45}}
+    })"},
+    {{"skin", "Faces: soft shadows that end in red, a faint sheen."}, R"({
+        "base": "none", "relief": 0.25,
+        "light": {"type": "point", "position": [0.15, 0.95, 0.6], "color": [1, 0.93, 0.86]},
+        "material": {"illumination": "exponential", "attenuation": 25, "depth": 0.01,
+                     "diffuseColor": "#d9a184", "baseColor": "#1c0906",
+                     "specular": {"k": 0.12, "falloff": [0.6, 1]}}
+    })"},
+    {{"jade", "A carved slab of jade that glows from behind and shines in front."}, R"({
+        "base": -0.01, "relief": 0.2,
+        "lights": [{"type": "point", "position": [0.45, 0.55, -0.5], "intensity": 1.8,
+                    "color": [1, 1, 0.9]},
+                   {"type": "point", "position": [0.15, 0.95, 0.6], "intensity": 1.2}],
+        "material": {"illumination": "exponential", "attenuation": 20, "depth": 0.01,
+                     "diffuseColor": "#5fb37c", "specularColor": "#e8fff0", "baseColor": "#04140a",
+                     "specular": {"k": 0.2, "falloff": [0.7, 1]}, "scatter": {"k": 0.5}}
+    })"},
+    {{"sunset", "Terrain in the evening: a low warm sun, long shadows, a blue sky opposite."}, R"({
+        "base": "none", "relief": 0.13,
+        "lights": [{"type": "directional", "azimuth": 300, "elevation": 18, "intensity": 2,
+                    "color": [1, 0.68, 0.4]},
+                   {"type": "directional", "azimuth": 120, "elevation": 55, "intensity": 0.3,
+                    "color": [0.45, 0.6, 1]}],
+        "material": {"depth": 0.003, "diffuseColor": "#b9a98a"}
+    })"},
+    // Each direction of the sample "rainbow" (by its id) has a hue of its own, and highlights alone
+    // keep them apart; cut by shadows they leave dark outlines.
+    {{"ink", "A drawing in coloured inks on paper: slopes tell hues, steps are black outlines."},
+     R"({
+        "base": "none", "relief": 0.15,
+        "light": {"type": "environment", "rotation": [180, 0], "intensity": 6, "image": {
+            "image": "a799e1a04494e45c93a3ce7322052e20db31d4d953bbbdbb42d1af76d34c1165"}},
+        "material": {"depth": 0.004,
+                     "specular": {"k": 1, "falloff": [0.6, 1], "occlude": true}},
+        "output": {"background": "#f6f1e4"}
+    })"},
     // The usual light would lie inside a solid of relief 1, and d <= 1/2 asks for intensity 2.
-    {"thesis", R"({
+    {{"thesis", "The settings of the thesis's own program: samples counted, no colour management."},
+     R"({
         "relief": 1, "base": "none",
         "light": {"type": "point", "position": [0.3, 0.8, 1.4], "intensity": 2},
         "material": {"illumination": "count", "steps": 100, "offset": "view"},
@@ -23,8 +96,8 @@ constexpr Preset presets[] = {
 const Preset& preset_of(const Json& name) {
     std::vector<std::string_view> names;
     for (const Preset& preset : presets) {
-        if (name == preset.name) return preset;
-        names.push_back(preset.name);
+        if (name == preset.info.name) return preset;
+        names.push_back(preset.info.name);
     }
     refuse_value("must be " + listed(names), "/preset");
 }
@@ -55,9 +128,24 @@ Json over_preset(Json scene) {
     const bool new_light = scene.contains("light") && result.contains("light") &&
                            replaces_light(scene["light"], result["light"]);
     if (new_light || scene.contains("lights")) result.erase("light");
-    if (scene.contains("light")) result.erase("lights");
+    if (scene.contains("light") || scene.contains("lights")) result.erase("lights");
     merge(result, scene);
     return result;
+}
+
+std::vector<PresetInfo> preset_list() {
+    std::vector<PresetInfo> list;
+    for (const Preset& preset : presets) list.push_back(preset.info);
+    return list;
+}
+
+std::string presets_json() {
+    OrderedJson list = OrderedJson::array();
+    for (const Preset& preset : presets)
+        list.push_back({{"name", preset.info.name},
+                        {"description", preset.info.sentence},
+                        {"scene", OrderedJson::parse(preset.scene)}});
+    return OrderedJson{{"presets", std::move(list)}}.dump();
 }
 
 }  // namespace relit::server

@@ -2,15 +2,21 @@
 // (RFC 7396). Source: integrated model, section 8; api.md, "A scene".
 #pragma once
 
-#include "server/schema/strict_json.h"
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace relit::server {
 
-/// `scene` without its `preset`, over that preset. A light of another type, or `lights`, replaces
-/// the preset's light whole; a field that is null goes back to its default where the preset had set
-/// it.
-///
-/// @throws Error invalid_value at /preset when there is no such preset
-[[nodiscard]] Json over_preset(Json scene);
+struct PresetInfo {
+    std::string_view name;
+    std::string_view sentence;  ///< what it looks like, and what it suits
+};
+
+/// All presets, in the order in which to offer them.
+[[nodiscard]] std::vector<PresetInfo> preset_list();
+
+/// {"presets": [{"name", "description", "scene"}]}
+[[nodiscard]] std::string presets_json();
 
 }  // namespace relit::server

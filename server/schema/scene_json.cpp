@@ -1,6 +1,10 @@
 #include "server/schema/scene_json.h"
 
-#include "server/schema/presets.h"
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+#include "server/schema/preset_merge.h"
 #include "server/schema/reader.h"
 #include "server/schema/writer.h"
 
@@ -35,21 +39,11 @@ void check_thickness(const SceneDescription& scene) {
 }
 
 void check_bit_depth(const OutputDescription& output) {
-    const int bits = bit_depth_of(output);
-    const auto check = [&](std::initializer_list<int> allowed, const char* words) {
-        if (std::find(allowed.begin(), allowed.end(), bits) == allowed.end())
-            refuse_value(words, "/output/bitDepth");
-    };
-    switch (output.format) {
-        case PictureFormat::png:
-            return check({8, 16}, "must be 8 or 16 with png");
-        case PictureFormat::jpeg:
-            return check({8}, "must be 8 with jpeg");
-        case PictureFormat::webp:
-            return check({8}, "must be 8 with webp");
-        case PictureFormat::exr:
-            return check({16, 32}, "must be 16 or 32 with exr");
-    }
+    const std::vector<int> allowed = bit_depths_of(output.format);
+    if (std::find(allowed.begin(), allowed.end(), bit_depth_of(output)) != allowed.end()) return;
+    refuse_value(fmt::format("must be {} with {}", fmt::join(allowed, " or "),
+                             written(output.format, Any{}).get<std::string>()),
+                 "/output/bitDepth");
 }
 
 }  // namespace

@@ -14,6 +14,20 @@
 #include "server/error_codes.h"
 
 namespace relit::server {
+namespace {
+
+// For utimensat() and its like: leaves the time of the last access alone.
+struct FileTimes {
+    explicit FileTimes(FileTime time) {
+        const auto seconds = std::chrono::floor<std::chrono::seconds>(time.time_since_epoch());
+        times[0].tv_nsec = UTIME_OMIT;
+        times[1].tv_sec = seconds.count();
+        times[1].tv_nsec = (time.time_since_epoch() - seconds).count();
+    }
+    timespec times[2] = {};
+};
+
+}  // namespace
 
 File::~File() {
     if (is_open()) ::close(descriptor_);
@@ -27,7 +41,8 @@ void fail_storage(std::string_view doing) {
     throw Error(error_code::storage_failed, "The stored images cannot be read or written now.");
 }
 
-TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_view bytes) {
+TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_view bytes,
+                             FileTime time) {
     std::string name = (folder / "XXXXXX").string();
     const File file(::mkostemp(name.data(), O_CLOEXEC));
     if (!file.is_open()) fail_storage("make a temporary file");
@@ -43,6 +58,7 @@ TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_vi
         if (written < 0) fail("write");
         bytes.remove_prefix(std::size_t(written));
     }
+    if (::futimens(file.descriptor(), FileTimes(time).times) != 0) fail("date a file");
     if (::fsync(file.descriptor()) != 0) fail("sync a file");
     name_ = std::move(name);
 }
@@ -77,6 +93,22 @@ std::optional<SharedBytes> map_file(const std::filesystem::path& path) {
         std::shared_ptr<const void>(
             data, [size](const void* mapped) { ::munmap(const_cast<void*>(mapped), size); }),
         {static_cast<const char*>(data), size}};
+}
+
+std::optional<FileFacts> file_facts(const std::filesystem::path& path) {
+    struct stat status {};
+    if (::lstat(path.c_str(), &status) != 0) {
+        if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+        fail_storage("look at a file");
+    }
+    if (!S_ISREG(status.st_mode)) return std::nullopt;
+    return FileFacts{.size_bytes = std::uint64_t(status.st_size),
+                     .time = FileTime(std::chrono::seconds(status.st_mtim.tv_sec) +
+                                      std::chrono::nanoseconds(status.st_mtim.tv_nsec))};
+}
+
+void set_file_time(const std::filesystem::path& path, FileTime time) noexcept {
+    ::utimensat(AT_FDCWD, path.c_str(), FileTimes(time).times, AT_SYMLINK_NOFOLLOW);
 }
 
 }  // namespace relit::server

@@ -2,6 +2,8 @@
 // client (without a path) where an image cannot be stored.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,6 +12,9 @@
 #include "server/shared_bytes.h"
 
 namespace relit::server {
+
+/// When a file was last written, as far as its file system counts.
+using FileTime = std::chrono::sys_time<std::chrono::nanoseconds>;
 
 /// A descriptor that closes itself.
 class File {
@@ -28,9 +33,9 @@ private:
 /// A file under a temporary name; deleted unless it is renamed.
 class TemporaryFile {
 public:
-    /// Writes all of `bytes` to a new file in `folder` and syncs it.
+    /// Writes all of `bytes` to a new file in `folder`, dates it and syncs it.
     /// @throws Error storage_full, storage_failed
-    TemporaryFile(const std::filesystem::path& folder, std::string_view bytes);
+    TemporaryFile(const std::filesystem::path& folder, std::string_view bytes, FileTime time);
     ~TemporaryFile();
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
@@ -48,6 +53,18 @@ void sync_folder(const std::filesystem::path& folder);
 
 /// The whole file, mapped; empty where there is none. @throws Error storage_failed
 [[nodiscard]] std::optional<SharedBytes> map_file(const std::filesystem::path& path);
+
+/// What a folder tells of a file.
+struct FileFacts {
+    std::uint64_t size_bytes = 0;
+    FileTime time;
+};
+
+/// Nothing where there is no regular file (a link is none). @throws Error storage_failed
+[[nodiscard]] std::optional<FileFacts> file_facts(const std::filesystem::path& path);
+
+/// Dates a file, if it can; not synced.
+void set_file_time(const std::filesystem::path& path, FileTime time) noexcept;
 
 /// @throws Error storage_full or storage_failed, from `errno`
 [[noreturn]] void fail_storage(std::string_view doing);

@@ -65,11 +65,12 @@ TEST(Config, FlagsGoBeforeVariablesBeforeDefaults) {
 }
 
 TEST(Config, SizesHaveUnitsAndTimesAreSeconds) {
-    const auto [result, out, err] =
-        read({"--max-image-bytes", "3MiB", "--max-body-bytes=4096", "--stop-timeout=5"});
+    const auto [result, out, err] = read({"--max-image-bytes", "3MiB", "--max-body-bytes=4096",
+                                          "--max-storage", "20GiB", "--stop-timeout=5"});
     ASSERT_FALSE(result.exit_status) << err;
     EXPECT_EQ(result.config.limits.max_image_bytes, 3u << 20);
     EXPECT_EQ(result.config.limits.max_body_bytes, 4096u);
+    EXPECT_EQ(result.config.limits.max_storage_bytes, 20ull << 30);
     EXPECT_EQ(result.config.limits.stop_timeout, std::chrono::seconds(5));
 }
 
@@ -83,6 +84,8 @@ TEST(Config, UnknownFlagsAndRefusedValuesExitWith2AndAReason) {
                                                {"--max-queue"},
                                                {"--log-level", "loud"},
                                                {"--max-image-bytes", "much"},
+                                               {"--max-storage", "0"},
+                                               {"--cors-origins", "example.org"},
                                                {"--stop-timeout", "0"},
                                                {"--threads", "-1"},
                                                {"--min-bytes-per-second", "0"}}) {
@@ -90,6 +93,17 @@ TEST(Config, UnknownFlagsAndRefusedValuesExitWith2AndAReason) {
         EXPECT_EQ(result.exit_status, 2) << arguments.front();
         EXPECT_FALSE(err.empty());
     }
+}
+
+TEST(Config, OriginsAreReadAndRefusedByTheirFlag) {
+    EXPECT_EQ(read({}).result.config.cors.allow, CorsPolicy::Allow::all);
+    EXPECT_EQ(read({"--cors-origins", "none"}).result.config.cors.allow, CorsPolicy::Allow::none);
+    const auto listed = read({"--cors-origins", "https://a.org,http://localhost:3000"});
+    EXPECT_EQ(listed.result.config.cors.origins.size(), 2u);
+    const auto refused = read({"--cors-origins", "https://a.org/,*"});
+    EXPECT_EQ(refused.result.exit_status, 2);
+    EXPECT_NE(refused.err.find("--cors-origins"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("'https://a.org/' is no origin"), std::string::npos) << refused.err;
 }
 
 TEST(Config, UnknownVariablesExitWith2AndTheirName) {
@@ -130,6 +144,8 @@ TEST(RendersAtOnce, IsOneForEveryTwoThreadsUnlessSet) {
     EXPECT_EQ(renders_at_once(config, 8), 4);
     config.limits.max_renders = 3;
     EXPECT_EQ(renders_at_once(config, 8), 3);
+    EXPECT_EQ(renders_at_once(config, 3), 3);
+    EXPECT_THROW((void)renders_at_once(config, 2), std::runtime_error);
 }
 
 }  // namespace

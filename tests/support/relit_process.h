@@ -32,6 +32,7 @@ public:
     RelitProcess& operator=(const RelitProcess&) = delete;
 
     [[nodiscard]] int port() const { return port_; }  ///< 0 when it ended instead of listening
+    [[nodiscard]] pid_t pid() const { return pid_; }
     void signal(int number) const;
 
     /// The exit status, 128 + n after signal n; nothing when it still runs after `patience`.

@@ -16,17 +16,23 @@ namespace relit::test {
 
 /// Everything a handler needs, small, with an empty store.
 struct TestServices {
-    explicit TestServices(server::Limits its_limits = {}) : limits(its_limits) {
+    explicit TestServices(server::Limits its_limits = {},
+                          std::vector<server::BuiltIn> built_in = {})
+        : limits(its_limits),
+          images(folder.path() / "data",
+                 {.max_bytes = limits.max_storage_bytes, .built_in = std::move(built_in)}) {
         spdlog::set_level(spdlog::level::off);
     }
 
     TemporaryFolder folder;
     server::Limits limits;
-    server::ImageStore images{folder.path() / "data"};
+    server::ImageStore images;
     server::RenderSlots renders{{.max_running = 1, .max_waiting = limits.max_queue}};
     server::RenderSlots decodes{{.max_running = 1, .max_waiting = limits.max_queue}};
     Executor executor{1};
-    server::Services services{images, renders, decodes, executor, limits};
+    server::Metrics metrics;
+    server::Services services{images,  renders, decodes, executor,
+                              metrics, limits,  {},      folder.path() / "data"};
 };
 
 class TestServer {

@@ -2,7 +2,10 @@
 // refused cheaply.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <csignal>
+#include <filesystem>
 #include <thread>
 #include <vector>
 
@@ -82,6 +85,88 @@ TEST(ImagesEndToEnd, AnsweredUploadsSurviveKill9) {
             << "the bytes still have their hash";
     }
     EXPECT_TRUE(std::filesystem::is_empty(folder.path() / "incoming"));
+}
+
+std::uint64_t stored_bytes(const std::filesystem::path& data_dir) {
+    std::uint64_t bytes = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(data_dir / "images"))
+        if (entry.is_regular_file() && entry.path().extension() != ".info")
+            bytes += entry.file_size();
+    return bytes;
+}
+
+// Four clients keep a store of a few images full while it is killed again and again: what is there
+// is whole, within the budget as soon as the program is up, and all of it is known.
+TEST(ImagesEndToEnd, FullStoreIsConsistentAfterKill9) {
+    const TemporaryFolder folder;
+    const std::uint64_t budget = 9 * small_png(0, 64, 64).size();
+    const std::vector<std::string> flags{"--max-storage", std::to_string(budget)};
+    std::atomic<int> created{0};
+    for (int round = 0; round < 5; ++round) {
+        RelitProcess relitd({.flags = flags, .data_dir = folder.path()});
+        ASSERT_NE(relitd.port(), 0) << relitd.log();
+        EXPECT_LE(stored_bytes(folder.path()), budget);
+        std::vector<std::thread> clients;
+        clients.reserve(4);
+        for (int client = 0; client < 4; ++client)
+            clients.emplace_back([&, client] {
+                for (int i = 0; i < 1000; ++i) try {
+                        const int seed = (round * 4 + client) * 1000 + i;
+                        const auto reply =
+                            http(relitd.port(), "POST", "/v1/images", small_png(seed, 64, 64));
+                        created += reply.status == 201 ? 1 : 0;
+                    } catch (const std::runtime_error&) {
+                        return;
+                    }
+            });
+        std::this_thread::sleep_for(150ms + round * 37ms);
+        relitd.signal(SIGKILL);
+        for (auto& client : clients) client.join();
+        EXPECT_EQ(relitd.exit_status(), 128 + SIGKILL);
+    }
+    EXPECT_GT(created, 20) << "or nothing had to be evicted";
+
+    RelitProcess relitd({.flags = flags, .data_dir = folder.path()});
+    EXPECT_LE(stored_bytes(folder.path()), budget);
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path() / "incoming"));
+    const auto listed = http(relitd.port(), "GET", "/v1/images").body;
+    int images = 0, facts = 0;
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(folder.path() / "images")) {
+        if (!entry.is_regular_file()) continue;
+        if (entry.path().extension() == ".info") {
+            ++facts;
+            continue;
+        }
+        ++images;
+        const std::string id = entry.path().filename();
+        EXPECT_NE(listed.find(id), std::string::npos) << id;
+        const auto content = http(relitd.port(), "GET", "/v1/images/" + id + "/content");
+        ASSERT_EQ(content.status, 200);
+        EXPECT_EQ(http(relitd.port(), "POST", "/v1/images", content.body).header("location"),
+                  "/v1/images/" + id)
+            << "the bytes still have their hash";
+    }
+    EXPECT_GT(images, 4);
+    EXPECT_LE(facts, images);
+}
+
+TEST(ImagesEndToEnd, EvictedImagesAreToBeUploadedAgain) {
+    const std::string first = small_png(1, 64, 64), second = small_png(2, 64, 64);
+    const auto budget = std::max(first.size(), second.size());
+    RelitProcess relitd({.flags = {"--max-storage", std::to_string(budget)}});
+    const auto location = http(relitd.port(), "POST", "/v1/images", first).header("location");
+    EXPECT_EQ(http(relitd.port(), "POST", "/v1/images", second).status, 201);
+    const auto gone = http(relitd.port(), "GET", location);
+    EXPECT_EQ(gone.status, 404);
+    EXPECT_NE(gone.body.find("upload it (again)"), std::string::npos) << gone.body;
+    EXPECT_EQ(http(relitd.port(), "POST", "/v1/images", first).status, 201);
+    EXPECT_EQ(http(relitd.port(), "GET", location).status, 200);
+
+    const auto large = http(relitd.port(), "POST", "/v1/images", small_png(3, 200, 200));
+    EXPECT_EQ(large.status, 507);
+    EXPECT_NE(large.body.find("max-storage"), std::string::npos) << large.body;
+    EXPECT_EQ(http(relitd.port(), "GET", location).status, 200) << "nothing was evicted for it";
 }
 
 TEST(ImagesEndToEnd, SameImageFromManyAtOnceIsStoredOnce) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <thread>
 
 #include "tests/support/http_client.h"
 #include "tests/support/relit_process.h"
@@ -45,6 +46,45 @@ TEST(Lifecycle, TermLetsAnUploadUnderWayFinish) {
     upload.send(request.substr(request.size() - 10));
     EXPECT_EQ(upload.receive().status, 201);
     EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+}
+
+// A head is on its way when the signal comes: its answer is the last of the connection.
+TEST(Lifecycle, ReadinessEndsWithTheSignalAndHealthDoesNot) {
+    RelitProcess relitd;
+    EXPECT_EQ(http(relitd.port(), "GET", "/readyz").body, R"({"status":"ready"})");
+    RawConnection ready(relitd.port()), healthy(relitd.port());
+    ready.send("GET /readyz HTTP/1.1\r\n");
+    healthy.send("GET /healthz HTTP/1.1\r\n");
+    std::this_thread::sleep_for(50ms);
+    relitd.signal(SIGTERM);
+    std::this_thread::sleep_for(50ms);
+    ready.send("Host: a\r\n\r\n");
+    const HttpReply reply = ready.receive();
+    EXPECT_EQ(reply.status, 503);
+    EXPECT_NE(reply.body.find("/problems/shutting-down"), std::string::npos) << reply.body;
+    EXPECT_EQ(reply.header("retry-after"), "5");
+    EXPECT_FALSE(relitd.exit_status(50ms)) << "it waits for the other";
+    healthy.send("Host: a\r\n\r\n");
+    EXPECT_EQ(healthy.receive().status, 200);
+    EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+}
+
+TEST(Lifecycle, ReadinessNeedsTheDataFolder) {
+    RelitProcess relitd;
+    const auto moved = relitd.data_dir().parent_path() / "moved";
+    std::filesystem::rename(relitd.data_dir(), moved);
+    const HttpReply reply = http(relitd.port(), "GET", "/readyz");
+    EXPECT_EQ(reply.status, 503);
+    EXPECT_NE(reply.body.find("data folder"), std::string::npos) << reply.body;
+    EXPECT_EQ(reply.body.find(moved.parent_path().string()), std::string::npos) << "no path";
+    std::filesystem::rename(moved, relitd.data_dir());
+    EXPECT_EQ(http(relitd.port(), "GET", "/readyz").status, 200);
+}
+
+TEST(Lifecycle, OriginsThatAreNoneAreRefusedAtStart) {
+    RelitProcess relitd({.flags = {"--cors-origins=https://a.org/page"}});
+    EXPECT_EQ(relitd.exit_status(), 2);
+    EXPECT_NE(relitd.log().find("--cors-origins"), std::string::npos) << relitd.log();
 }
 
 TEST(Lifecycle, TermWaitsNoLongerThanItsTimeout) {

@@ -93,7 +93,7 @@ TEST_F(Refusals, AreAnsweredByTheirProblemAndEndTheConnection) {
     EXPECT_EQ(refusal("HEAD /healthz HTTP/1.1\r\n\r\n").status, 400);
     EXPECT_EQ(
         refusal("PUT /v1/images HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\n\r\n").header("allow"),
-        "OPTIONS, POST");
+        "GET, HEAD, OPTIONS, POST");
 }
 
 // The client is still sending when the answer comes; it has to get it all the same.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <new>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
@@ -95,6 +96,55 @@ TEST_F(Dispatch, OtherExceptionsTellTheClientNothing) {
         EXPECT_EQ(reply.body.find("secret"), std::string::npos);
     }
     EXPECT_EQ(ask("GET", "/fail", "memory").status, 503);
+}
+
+TEST_F(Dispatch, EveryReplyMayBeReadByOtherOrigins) {
+    for (const char* path : {"/v1/images/a", "/nothing", "/fail"})
+        for (const char* method : {"GET", "OPTIONS", "PUT"}) {
+            const Reply reply = ask(method, path);
+            EXPECT_EQ(reply.headers.at("Vary"), "Origin") << method << " " << path;
+            EXPECT_EQ(reply.headers.at("Access-Control-Allow-Origin"), "*");
+        }
+    Request refused;
+    refused.path = "/v1/images";
+    const Reply reply =
+        refuse(router_, refused, {error_code::body_too_large, "too large"}, services_.services);
+    EXPECT_EQ(reply.headers.at("Access-Control-Allow-Origin"), "*");
+}
+
+TEST_F(Dispatch, PreflightsAreAnsweredWithTheMethodsOfThePath) {
+    Request request;
+    request.method = "OPTIONS";
+    request.path = "/v1/images/abc";
+    request.headers = {{"Origin", "https://a.org"}, {"Access-Control-Request-Method", "DELETE"}};
+    const Reply reply = dispatch(router_, request, services_.services);
+    EXPECT_EQ(reply.status, 204);
+    EXPECT_EQ(reply.headers.at("Access-Control-Allow-Methods"), "DELETE, GET, HEAD, OPTIONS");
+    EXPECT_EQ(reply.headers.at("Access-Control-Max-Age"), "7200");
+}
+
+// Whatever clients send, the labels are ours.
+TEST_F(Dispatch, CountsByPatternMethodAndStatus) {
+    const auto count = [&](std::string_view route, std::string_view method, int status) {
+        return services_.metrics.requests.of({route, method, status}).load();
+    };
+    for (int i = 0; i < 100; ++i) {
+        ask("GET", "/v1/images/" + std::to_string(i));
+        ask("GET", "/nothing/" + std::to_string(i));
+        ask("METHOD" + std::to_string(i), "/fail");
+    }
+    ask("GET", "/fail", "error");
+    EXPECT_EQ(count("/v1/images/{id}", "GET", 200), 100u);
+    EXPECT_EQ(count("none", "GET", 404), 100u);
+    EXPECT_EQ(count("/fail", "other", 405), 100u);
+    EXPECT_EQ(count("/fail", "GET", 422), 1u);
+    int members = 0;
+    services_.metrics.requests.each([&](const auto&, const auto&) { ++members; });
+    EXPECT_EQ(members, 4);
+    EXPECT_EQ(services_.metrics.errors.of(error_code::not_found), 100u);
+    EXPECT_EQ(services_.metrics.errors.of(error_code::invalid_value), 1u);
+    const auto times = services_.metrics.request_times.of("/fail").counts();
+    EXPECT_EQ(std::accumulate(times.begin(), times.end(), std::uint64_t(0)), 101u);
 }
 
 TEST_F(Dispatch, EveryReplyCarriesAnIdOfItsOwn) {

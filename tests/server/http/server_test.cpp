@@ -140,6 +140,43 @@ TEST_F(Transport, FormsArriveAsParts) {
     EXPECT_EQ(connection.receive().status, 400);
 }
 
+TEST_F(Transport, RefusalsBeforeTheBodyAndEmptyRepliesMayBeReadByOtherOrigins) {
+    TestServer server(test_routes());
+    const std::string origin = "Host: a\r\nOrigin: https://a.org\r\n";
+    const std::pair<int, std::string> requests[] = {
+        {413, "POST /echo HTTP/1.1\r\n" + origin + "Content-Length: 5000\r\n\r\n"},
+        {411, "POST /echo HTTP/1.1\r\n" + origin + "\r\n"},
+        {400, "nonsense\r\n\r\n"},
+        {204, "OPTIONS /echo HTTP/1.1\r\n" + origin + "\r\n"},
+    };
+    for (const auto& [status, request] : requests) {
+        RawConnection connection(server.port());
+        connection.send(request);
+        const auto reply = connection.receive();
+        EXPECT_EQ(reply.status, status);
+        EXPECT_EQ(reply.header("access-control-allow-origin"), "*") << status;
+        EXPECT_EQ(reply.header("vary"), "Origin") << status;
+    }
+}
+
+TEST_F(Transport, CountsConnectionsAndBytes) {
+    TestServer server(test_routes());
+    const auto& metrics = server.services().metrics;
+    const std::string request = http_request("GET", "/large");
+    {
+        RawConnection connection(server.port());
+        connection.send(request);
+        EXPECT_EQ(connection.receive().body.size(), 8u << 20);
+        EXPECT_EQ(metrics.connections, 1);
+    }
+    const auto closed = Clock::now();
+    while (metrics.connections > 0 && Clock::now() - closed < 5s) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(metrics.connections, 0);
+    EXPECT_EQ(metrics.traffic.received, request.size());
+    EXPECT_GT(metrics.traffic.sent, 8u << 20);
+    EXPECT_LT(metrics.traffic.sent, (8u << 20) + 2000) << "the body and a head";
+}
+
 TEST_F(Transport, ExpectingClientsAreToldToGoOnOrWhyNot) {
     TestServer server(test_routes());
     RawConnection connection(server.port());

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -17,19 +18,26 @@ using Clock = RenderSlots::Clock;
 constexpr auto never = Clock::time_point::max();
 
 void wait_until(const auto& condition) {
-    while (!condition()) std::this_thread::sleep_for(1ms);
+    const auto start = Clock::now();
+    while (!condition()) {
+        if (Clock::now() - start > 20s) throw std::runtime_error("waited in vain");
+        std::this_thread::sleep_for(1ms);
+    }
 }
 
 // A caller on a thread of its own: what it got, and when it may give it back.
 class Caller {
 public:
-    Caller(RenderSlots& slots, Clock::time_point deadline, std::function<void()> got = {})
-        : thread_([this, &slots, deadline, got = std::move(got)] {
+    Caller(RenderSlots& slots, Clock::time_point deadline, std::function<void()> got = {},
+           std::string session = {})
+        : thread_([this, &slots, deadline, got = std::move(got), session = std::move(session)] {
               try {
-                  const auto slot = slots.wait_for_slot(deadline, stop_.get_token());
+                  const auto slot = slots.wait_for_slot(deadline, stop_.get_token(), session);
                   if (got) got();
                   has_slot_ = true;
-                  wait_until([this] { return done_.load(); });
+                  const auto superseded = slot.stop_token();
+                  wait_until([&] { return done_.load() || superseded.stop_requested(); });
+                  if (superseded.stop_requested()) code_ = "stopped";
               } catch (const Error& error) {
                   code_ = error.code;
               }
@@ -173,7 +181,144 @@ TEST(RenderSlots, CancelledWaitersLeaveTheLine) {
     EXPECT_EQ(refusal_of(slots, never, stopped.get_token()), "cancelled");
 }
 
-// Grants, deadlines and cancellations at the same moments: no slot is lost, none is given twice.
+class Sessions : public testing::Test {
+protected:
+    // Asks for a slot, and gives it back as soon as it has it.
+    Caller& ask(const std::string& name, const std::string& session) {
+        callers_.push_back(std::make_unique<Caller>(
+            slots_, never, [this, name] { order_ += name; }, session));
+        callers_.back()->give_back();
+        return *callers_.back();
+    }
+    // The same while nobody gives a slot back: it is the last of `waiting`.
+    Caller& join(const std::string& name, const std::string& session, int waiting) {
+        Caller& caller = ask(name, session);
+        wait_until([&] { return slots_.waiting() == waiting; });
+        return caller;
+    }
+    void wait_for_all() {
+        for (const auto& caller : callers_) (void)caller->refusal();
+    }
+
+    RenderSlots slots_{{.max_running = 1, .max_waiting = 4}};
+    std::string order_;  // written by one slot's owner at a time
+    std::vector<std::unique_ptr<Caller>> callers_;
+};
+
+TEST_F(Sessions, NewerRequestTakesThePlaceOfItsWaitingOne) {
+    auto held = std::optional(slots_.wait_for_slot(never, {}));
+    const Caller& first = join("1", "drag", 1);
+    join("2", "", 2);
+    join("3", "other", 3);
+    const Caller newer(
+        slots_, never, [this] { order_ += "4"; }, "drag");
+    EXPECT_EQ(first.refusal(), "superseded");
+    EXPECT_EQ(slots_.waiting(), 3);
+    EXPECT_FALSE(held->stop_token().stop_requested()) << "not of the session";
+    held.reset();
+    wait_until([&] { return newer.has_slot(); });
+    EXPECT_EQ(order_, "4") << "where the first was, not at the end";
+}
+
+TEST_F(Sessions, NewerRequestStopsItsRunningOneAndGoesToTheEnd) {
+    Caller running(slots_, never, {}, "drag");
+    wait_until([&] { return running.has_slot(); });
+    join("1", "", 1);
+    ask("2", "drag");
+    EXPECT_EQ(running.refusal(), "stopped");
+    wait_for_all();
+    EXPECT_EQ(order_, "12");
+    EXPECT_EQ(slots_.running() + slots_.waiting(), 0);
+}
+
+TEST_F(Sessions, OrderOfArrivalDecidesAmongMany) {
+    auto held = std::optional(slots_.wait_for_slot(never, {}));
+    const Caller* older = &join("0", "drag", 1);
+    for (int i = 1; i < 30; ++i) {
+        const Caller& newer = ask(std::to_string(i), "drag");
+        EXPECT_EQ(older->refusal(), "superseded") << i;
+        EXPECT_EQ(slots_.waiting(), 1);
+        older = &newer;
+    }
+    held.reset();
+    wait_for_all();
+    EXPECT_EQ(order_, "29");
+}
+
+TEST_F(Sessions, FullQueueHasRoomForWhoWaitsInItAndSupersedesNobodyForOthers) {
+    Caller running(slots_, never, {}, "running");
+    wait_until([&] { return running.has_slot(); });
+    for (int i = 0; i < 4; ++i) join("x", "s" + std::to_string(i), i + 1);
+    EXPECT_EQ(refusal_of(slots_), "queue-full");
+    try {
+        (void)slots_.wait_for_slot(never, {}, "running");
+        FAIL() << "got in";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, error_code::queue_full);
+    }
+    EXPECT_TRUE(running.has_slot());
+    const Caller newer(slots_, never, {}, "s2");
+    EXPECT_EQ(callers_[2]->refusal(), "superseded");
+    EXPECT_EQ(slots_.waiting(), 4);
+    running.give_back();
+    EXPECT_EQ(running.refusal(), "") << "the refused one of its session did not stop it";
+}
+
+TEST_F(Sessions, DeadlineOfTheNewerRequestIsItsOwn) {
+    std::atomic<Clock::time_point> time{Clock::time_point{} + 1h};
+    RenderSlots slots({.max_running = 1, .max_waiting = 5}, [&] { return time.load(); });
+    const auto held = slots.wait_for_slot(never, {});
+    const Caller older(slots, time.load() + 10s, {}, "drag");
+    wait_until([&] { return slots.waiting() == 1; });
+    time = time.load() + 9s;
+    const Caller newer(slots, time.load() + 10s, {}, "drag");
+    EXPECT_EQ(older.refusal(), "superseded");
+    time = time.load() + 9s;
+    slots.recheck();
+    std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(slots.waiting(), 1) << "the older one's deadline went with it";
+    time = time.load() + 1s;
+    slots.recheck();
+    EXPECT_EQ(newer.refusal(), "timed-out");
+}
+
+TEST_F(Sessions, CanBeSupersededWithoutASlot) {
+    Caller running(slots_, never, {}, "drag");
+    wait_until([&] { return running.has_slot(); });
+    const Caller& other = join("1", "other", 1);
+    slots_.supersede("other");
+    EXPECT_EQ(other.refusal(), "superseded");
+    slots_.supersede("");
+    slots_.supersede("never heard of");
+    EXPECT_EQ(slots_.running(), 1);
+    slots_.supersede("drag");
+    EXPECT_EQ(running.refusal(), "stopped");
+}
+
+// One session asks far more often than it can be served; the others get their turns.
+TEST_F(Sessions, EagerOneStarvesNobody) {
+    std::atomic<bool> stop{false};
+    std::vector<std::thread> eager;
+    eager.reserve(3);
+    for (int i = 0; i < 3; ++i)
+        eager.emplace_back([&] {
+            while (!stop) try {
+                    const auto slot = slots_.wait_for_slot(never, {}, "eager");
+                    std::this_thread::sleep_for(100us);
+                } catch (const Error& error) {
+                    EXPECT_EQ(error.code, error_code::superseded);
+                }
+        });
+    for (int i = 0; i < 100; ++i) {
+        const auto slot = slots_.wait_for_slot(never, {}, "calm");
+        EXPECT_LT(slot.waited(), 1s);
+    }
+    stop = true;
+    for (auto& thread : eager) thread.join();
+    EXPECT_EQ(slots_.running() + slots_.waiting(), 0);
+}
+
+// Grants, deadlines, cancellations and newer requests at the same moments: no slot is lost, none is given twice.
 TEST(RenderSlots, AreNeitherLostNorGivenTwice) {
     RenderSlots slots({.max_running = 2, .max_waiting = 8});
     std::atomic<int> running{0}, most{0}, got{0};
@@ -189,7 +334,10 @@ TEST(RenderSlots, AreNeitherLostNorGivenTwice) {
                 try {
                     const auto slot = slots.wait_for_slot(
                         Clock::now() + std::chrono::microseconds(50 * (i + k % 7)),
-                        stop.get_token());
+                        stop.get_token(),
+                        k % 2 == 0 ? ""
+                        : i < 4    ? "drag"
+                                   : "other");
                     most = std::max(most.load(), ++running);
                     ++got;
                     --running;

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <fstream>
 #include <optional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -38,6 +39,51 @@ std::string code_of(const auto& action) {
             << "a path? " << error.what();
         return std::string(error.code);
     }
+}
+
+fs::path image_file(const fs::path& folder, const std::string& id) {
+    return folder / "images" / id.substr(0, 2) / id.substr(2, 2) / id;
+}
+
+fs::path facts_file(const fs::path& folder, const std::string& id) {
+    return image_file(folder, id).string() + ".info";
+}
+
+// An image of 100 bytes, another one for each letter.
+std::string hundred(char letter) { return std::string(100, letter); }
+
+std::string id_of(char letter) { return ImageStore::id_of(hundred(letter)); }
+
+// The letters of those that are there.
+std::string stored_of(const ImageStore& store, const std::string& letters) {
+    std::string stored;
+    for (const char letter : letters)
+        if (store.contains(id_of(letter))) stored += letter;
+    return stored;
+}
+
+std::string sentence_of(const auto& action) {
+    try {
+        action();
+        return "done";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
+
+std::vector<std::string> ids_of(const std::vector<StoredImage>& images) {
+    std::vector<std::string> ids;
+    ids.reserve(images.size());
+    for (const StoredImage& image : images) ids.push_back(image.id);
+    return ids;
+}
+
+std::uint64_t bytes_in(const fs::path& folder) {
+    std::uint64_t bytes = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file() && entry.path().extension() != ".info")
+            bytes += entry.file_size();
+    return bytes;
 }
 
 std::size_t files_in(const fs::path& folder) {
@@ -106,13 +152,12 @@ TEST(ImageStore, WhatIsNoIdNeverTouchesAPath) {
 
 TEST(ImageStore, FactsThatAreLostAreReadFromTheImageAgain) {
     const TemporaryFolder folder;
-    ImageStore store(folder.path());
-    const auto id = store.put(test::small_png(), info).id;
-    const auto facts =
-        folder.path() / "images" / id.substr(0, 2) / id.substr(2, 2) / (id + ".info");
+    const auto id = ImageStore(folder.path()).put(test::small_png(), info).id;
+    const auto facts = facts_file(folder.path(), id);
     for (const char* damage : {"", "relit-image 1\nformat png\n", "relit-image 9\n"}) {
         if (*damage) std::ofstream(facts) << damage;
         else fs::remove(facts);
+        const ImageStore store(folder.path());
         const auto found = store.info(id).info;
         EXPECT_EQ(found.width, 16);
         EXPECT_EQ(found.height, 12);
@@ -227,6 +272,389 @@ TEST(ImageStore, VanishedFolderIsAnErrorWithoutAPath) {
     ImageStore store(folder.path() / "data");
     fs::remove_all(folder.path() / "data");
     EXPECT_EQ(code_of([&] { store.put("abc", info); }), "storage-failed");
+}
+
+TEST(ImageStore, LeastRecentlyUsedImagesGoFirst) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path(), {.max_bytes = 350});
+    for (const char letter : {'a', 'b', 'c'}) store.put(hundred(letter), info);
+    (void)store.get(id_of('a'));
+    EXPECT_FALSE(store.put(hundred('b'), info).created);
+    (void)store.list(10);  // is no use of any
+    store.put(hundred('d'), info);
+    EXPECT_EQ(stored_of(store, "abcd"), "abd");
+    (void)store.info(id_of('a'));
+    store.put(hundred('e'), info);
+    EXPECT_EQ(stored_of(store, "abcde"), "ade");
+    EXPECT_TRUE(store.find(id_of('a')));
+    store.put(hundred('f'), info);
+    store.put(hundred('g'), info);
+    EXPECT_EQ(stored_of(store, "abcdefg"), "afg");
+
+    EXPECT_EQ(store.stored_bytes(), 300u);
+    EXPECT_EQ(store.stored_images(), 3u);
+    EXPECT_EQ(store.evicted_images(), 4u);
+    EXPECT_EQ(files_in(folder.path() / "images"), 6u) << "the evicted ones' files are gone";
+    EXPECT_EQ(code_of([&] { (void)store.get(id_of('b')); }), "not-found");
+    EXPECT_EQ(sentence_of([&] { (void)store.get(id_of('b')); }),
+              "There is no image with this id: upload it (again).");
+    EXPECT_TRUE(store.put(hundred('b'), info).created) << "it may come again";
+}
+
+TEST(ImageStore, AnImageThatJustFillsTheBudgetIsKeptAlone) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path(), {.max_bytes = 200});
+    store.put(hundred('a'), info);
+    store.put(hundred('b'), info);
+    EXPECT_EQ(stored_of(store, "ab"), "ab");
+    const auto id = store.put(std::string(200, 'x'), info).id;
+    EXPECT_EQ(stored_of(store, "ab"), "");
+    EXPECT_EQ(store.get(id).bytes.size(), 200u);
+}
+
+TEST(ImageStore, AnImageLargerThanTheBudgetIsRefusedAndNothingEvicted) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path(), {.max_bytes = 200});
+    store.put(hundred('a'), info);
+    const std::string large(201, 'x');
+    EXPECT_EQ(code_of([&] { store.put(large, info); }), "storage-full");
+    EXPECT_EQ(
+        sentence_of([&] { store.put(large, info); }),
+        "The image has 201 bytes, and all stored images together may have 200 (max-storage).");
+    EXPECT_EQ(stored_of(store, "a"), "a");
+    EXPECT_EQ(store.evicted_images(), 0u);
+}
+
+TEST(ImageStore, ImagesInUseAreNeverEvicted) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path(), {.max_bytes = 300});
+    for (const char letter : {'a', 'b', 'c'}) store.put(hundred(letter), info);
+    std::optional<SharedBytes> a = store.get(id_of('a'));
+    const auto b = store.get(id_of('b'));
+    const auto c = store.get(id_of('c'));
+    EXPECT_EQ(code_of([&] { store.put(hundred('d'), info); }), "storage-full");
+    const auto sentence = sentence_of([&] { store.put(hundred('d'), info); });
+    EXPECT_NE(sentence.find("300 bytes (max-storage)"), std::string::npos) << sentence;
+    EXPECT_EQ(stored_of(store, "abc"), "abc");
+
+    const auto again = store.get(id_of('a'));
+    EXPECT_EQ(again.bytes.data(), a->bytes.data()) << "one mapping for all";
+    a.reset();
+    EXPECT_EQ(code_of([&] { store.put(hundred('d'), info); }), "storage-full")
+        << "one of its two readers is left";
+    EXPECT_EQ(again.bytes, hundred('a'));
+}
+
+// What would not make room enough is not given up in vain.
+TEST(ImageStore, NothingIsEvictedWhereThatIsNotEnough) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path(), {.max_bytes = 300});
+    for (const char letter : {'a', 'b', 'c'}) store.put(hundred(letter), info);
+    std::optional<SharedBytes> a = store.get(id_of('a'));
+    EXPECT_EQ(code_of([&] { store.put(std::string(250, 'x'), info); }), "storage-full");
+    EXPECT_EQ(stored_of(store, "abc"), "abc");
+    a.reset();
+    EXPECT_EQ(code_of([&] { store.put(std::string(250, 'x'), info); }), "done");
+    EXPECT_EQ(stored_of(store, "abc"), "");
+}
+
+TEST(ImageStore, UseIsRememberedAcrossRestarts) {
+    const TemporaryFolder folder;
+    {
+        ImageStore store(folder.path());
+        for (const char letter : {'a', 'b', 'c', 'd'}) store.put(hundred(letter), info);
+    }
+    const auto now = fs::file_time_type::clock::now();
+    int hours = 0;
+    for (const char letter : {'c', 'a', 'd', 'b'})
+        fs::last_write_time(facts_file(folder.path(), id_of(letter)),
+                            now - std::chrono::hours(10 - hours++));
+    const auto stored = fs::last_write_time(image_file(folder.path(), id_of('c')));
+    fs::remove(facts_file(folder.path(), id_of('d')));  // then it was used last when it was stored
+    {
+        ImageStore store(folder.path());
+        (void)store.get(id_of('c'));
+    }
+    EXPECT_LT(now - fs::last_write_time(facts_file(folder.path(), id_of('c'))),
+              std::chrono::seconds(1));
+    EXPECT_EQ(fs::last_write_time(image_file(folder.path(), id_of('c'))), stored)
+        << "the time of its creation stays";
+    ImageStore store(folder.path(), {.max_bytes = 400});
+    std::string order;
+    for (const char letter : {'e', 'f', 'g'}) {
+        const auto before = stored_of(store, "abcd");
+        store.put(hundred(letter), info);
+        for (const char old : before)
+            if (!store.contains(id_of(old))) order += old;
+    }
+    EXPECT_EQ(order, "abd");
+    EXPECT_EQ(stored_of(store, "abcd"), "c");
+}
+
+TEST(ImageStore, TheFolderHearsOfUseAtMostOnceAMinute) {
+    const TemporaryFolder folder;
+    const auto id = ImageStore(folder.path()).put("abc", info).id;
+    const auto facts = facts_file(folder.path(), id);
+    const auto now = fs::file_time_type::clock::now();
+    for (const auto& [age, is_written] :
+         {std::pair(std::chrono::seconds(40), false), std::pair(std::chrono::seconds(61), true),
+          std::pair(std::chrono::seconds(-3600), true)}) {  // the clock has been set back
+        fs::last_write_time(facts, now - age);
+        const auto before = fs::last_write_time(facts);
+        const ImageStore store(folder.path());
+        (void)store.get(id);
+        EXPECT_EQ(fs::last_write_time(facts) != before, is_written) << age.count();
+        const auto after = fs::last_write_time(facts);
+        (void)store.get(id);
+        EXPECT_EQ(fs::last_write_time(facts), after);
+    }
+}
+
+TEST(ImageStore, StartWithASmallerBudgetEvictsDownToIt) {
+    const TemporaryFolder folder;
+    {
+        ImageStore store(folder.path());
+        for (const char letter : {'a', 'b', 'c', 'd'}) store.put(hundred(letter), info);
+    }
+    const ImageStore store(folder.path(), {.max_bytes = 250});
+    EXPECT_EQ(stored_of(store, "abcd"), "cd");
+    EXPECT_EQ(store.evicted_images(), 2u);
+    EXPECT_EQ(files_in(folder.path() / "images"), 4u);
+}
+
+TEST(ImageStore, ForeignFilesAreLeftAloneAndCountNothing) {
+    const TemporaryFolder folder;
+    const auto id = ImageStore(folder.path()).put("abc", info).id;
+    const auto place = image_file(folder.path(), id).parent_path();
+    const fs::path foreign[] = {folder.path() / "images" / "note.txt", place / "note",
+                                place / "note.info", place / std::string(64, 'f'),
+                                place / (std::string(64, 'f') + ".info")};
+    for (const auto& path : foreign) std::ofstream(path) << std::string(5000, 'x');
+    fs::create_directories(image_file(folder.path(), id_of('a')).parent_path());
+    fs::create_symlink(place / id, image_file(folder.path(), id_of('a')));
+    ImageStore store(folder.path(), {.max_bytes = 200});
+    EXPECT_EQ(store.stored_images(), 1u);
+    EXPECT_EQ(store.stored_bytes(), 3u);
+    EXPECT_FALSE(store.contains(std::string(64, 'f')));
+    EXPECT_FALSE(store.contains(id_of('a')));
+    for (const char letter : {'b', 'c', 'd'}) store.put(hundred(letter), info);
+    for (const auto& path : foreign) EXPECT_TRUE(fs::exists(path)) << path;
+}
+
+// A crash between the two renames of put(), or between the two deletions of an eviction.
+TEST(ImageStore, FactsWithoutTheirImageAreRemovedAtStart) {
+    const TemporaryFolder folder;
+    const auto id = ImageStore(folder.path()).put("abc", info).id;
+    fs::remove(image_file(folder.path(), id));
+    ImageStore store(folder.path());
+    EXPECT_FALSE(store.contains(id));
+    EXPECT_EQ(files_in(folder.path() / "images"), 0u);
+    EXPECT_TRUE(store.put("abc", info).created);
+    EXPECT_EQ(store.get(id).bytes, "abc");
+}
+
+TEST(ImageStore, AnImageDeletedOrCutByOthersIsForgottenAndMayComeAgain) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path());
+    const auto id = store.put("abc", info).id;
+    const auto file = image_file(folder.path(), id);
+    for (const bool cut : {false, true}) {
+        if (cut) fs::resize_file(file, 1);
+        else fs::remove(file);
+        EXPECT_EQ(code_of([&] { (void)store.get(id); }), "not-found");
+        EXPECT_EQ(store.stored_bytes(), 0u);
+        EXPECT_TRUE(store.put("abc", info).created);
+        EXPECT_EQ(store.get(id).bytes, "abc");
+    }
+}
+
+TEST(ImageStore, AFailedPutGivesItsRoomBack) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path(), {.max_bytes = 100});
+    fs::rename(folder.path() / "incoming", folder.path() / "away");
+    for (int i = 0; i < 3; ++i)
+        EXPECT_EQ(code_of([&] { store.put(hundred('a'), info); }), "storage-failed");
+    fs::rename(folder.path() / "away", folder.path() / "incoming");
+    EXPECT_TRUE(store.put(hundred('a'), info).created);
+    EXPECT_EQ(store.stored_bytes(), 100u);
+}
+
+// Readers hold images now and then, writers fill the store again and again: the budget holds at
+// every moment, no reader finds wrong bytes, and the index is the folder's in the end.
+TEST(ImageStore, TheBudgetHoldsWhileManyPutReadAndRemove) {
+    const TemporaryFolder folder;
+    constexpr std::uint64_t budget = 1000;
+    std::atomic<int> refused{0};
+    std::atomic<std::uint64_t> most{0};
+    {
+        ImageStore store(folder.path(), {.max_bytes = budget});
+        std::vector<std::thread> threads;
+        threads.reserve(8);
+        for (int thread = 0; thread < 8; ++thread)
+            threads.emplace_back([&, thread] {
+                for (int i = 0; i < 60; ++i) {
+                    const char letter = char('a' + (thread % 4 * 60 + i * 7) % 26);
+                    const auto put = code_of([&] { store.put(hundred(letter), info); });
+                    if (put != "done") {
+                        EXPECT_EQ(put, "storage-full");
+                        ++refused;
+                    }
+                    if (const auto now = store.stored_bytes(); now > most) most = now;
+                    try {
+                        const auto held = store.get(id_of(letter));
+                        EXPECT_EQ(held.bytes, hundred(letter));
+                        if (i % 5 == 0) store.remove(id_of(letter));
+                    } catch (const Error& error) {
+                        EXPECT_EQ(error.code, "not-found");
+                    }
+                }
+            });
+        for (auto& thread : threads) thread.join();
+        EXPECT_LE(most, budget);
+        EXPECT_GT(store.evicted_images(), 0u);
+        EXPECT_EQ(bytes_in(folder.path() / "images"), store.stored_bytes());
+        EXPECT_EQ(files_in(folder.path() / "images"), 2 * store.stored_images());
+        EXPECT_LT(refused, 8 * 60);
+    }
+    EXPECT_EQ(files_in(folder.path() / "incoming"), 0u);
+    const ImageStore store(folder.path(), {.max_bytes = budget});
+    EXPECT_EQ(bytes_in(folder.path() / "images"), store.stored_bytes());
+}
+
+TEST(ImageStore, ListsNewestFirstInPages) {
+    const TemporaryFolder folder;
+    std::vector<std::string> expected;
+    {
+        ImageStore store(folder.path());
+        for (const char letter : {'a', 'b', 'c', 'd', 'e'}) {
+            store.put(hundred(letter), info);
+            expected.insert(expected.begin(), id_of(letter));
+        }
+        store.put(hundred('a'), info);  // there before: no newer for that
+        EXPECT_EQ(ids_of(store.list(10).images), expected);
+    }
+    const ImageStore store(folder.path());  // creation is in the folder
+    EXPECT_EQ(ids_of(store.list(10).images), expected);
+    EXPECT_EQ(ids_of(store.list(5).images), expected);
+    EXPECT_FALSE(store.list(5).next) << "there is no sixth";
+    std::vector<std::string> listed;
+    std::optional<ImagePlace> after;
+    do {
+        const auto page = store.list(2, after);
+        for (const auto& image : page.images) {
+            listed.push_back(image.id);
+            EXPECT_EQ(image.info.width, 16);
+            EXPECT_EQ(image.size_bytes, 100u);
+            EXPECT_EQ(image.created, store.info(image.id).created);
+        }
+        after = page.next;
+    } while (after);
+    EXPECT_EQ(listed, expected);
+}
+
+TEST(ImageStore, APageGoesOnWhereTheLastImageIsGone) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path());
+    for (const char letter : {'a', 'b', 'c', 'd'}) store.put(hundred(letter), info);
+    const auto first = store.list(2);
+    ASSERT_TRUE(first.next);
+    store.remove(id_of('c'));
+    store.put(hundred('e'), info);
+    EXPECT_EQ(ids_of(store.list(2, first.next).images), (std::vector{id_of('b'), id_of('a')}));
+    store.put(hundred('c'), info);
+    EXPECT_EQ(ids_of(store.list(2, first.next).images), (std::vector{id_of('b'), id_of('a')}))
+        << "what is back is new";
+}
+
+TEST(ImageStore, ListsWhatStaysExactlyOnceWhileOthersComeAndGo) {
+    const TemporaryFolder folder;
+    ImageStore store(folder.path());
+    std::set<std::string> lasting;
+    for (int i = 0; i < 40; ++i) {
+        lasting.insert(store.put("lasting " + std::to_string(i), info).id);
+        store.put("passing " + std::to_string(i), info);
+    }
+    std::atomic<bool> stop{false};
+    std::vector<std::thread> changing;
+    changing.reserve(2);
+    for (int thread = 0; thread < 2; ++thread)
+        changing.emplace_back([&, thread] {
+            for (int i = thread; !stop; i = (i + 2) % 40) {
+                const std::string bytes = "passing " + std::to_string(i);
+                if (store.contains(ImageStore::id_of(bytes)))
+                    store.remove(ImageStore::id_of(bytes));
+                else store.put(bytes, info);
+            }
+        });
+    for (int round = 0; round < 30; ++round) {
+        std::set<std::string> listed;
+        std::optional<ImagePlace> after;
+        do {
+            const auto page = store.list(7, after);
+            for (const auto& image : page.images)
+                EXPECT_TRUE(listed.insert(image.id).second) << "twice";
+            after = page.next;
+        } while (after);
+        for (const auto& id : lasting) EXPECT_TRUE(listed.contains(id)) << "missing";
+    }
+    stop = true;
+    for (auto& thread : changing) thread.join();
+}
+
+TEST(ImageStore, AnImageThatCannotBeDecodedDoesNotHideTheOthers) {
+    const TemporaryFolder folder;
+    {
+        ImageStore store(folder.path());
+        store.put("no image at all", info);
+        store.put(hundred('a'), info);
+    }
+    fs::remove(facts_file(folder.path(), ImageStore::id_of("no image at all")));
+    EXPECT_EQ(ids_of(ImageStore(folder.path()).list(10).images), std::vector{id_of('a')});
+}
+
+class BuiltInImages : public testing::Test {
+protected:
+    const std::string png_ = test::small_png();
+    const std::string id_ = ImageStore::id_of(png_);
+    const TemporaryFolder folder_;
+    ImageStore store_{folder_.path(), {.max_bytes = png_.size() + 100, .built_in = {{id_, png_}}}};
+};
+
+TEST_F(BuiltInImages, AreThereWithoutBeingStored) {
+    EXPECT_EQ(store_.get(id_).bytes.data(), png_.data()) << "not a copy";
+    const auto image = store_.info(id_);
+    EXPECT_EQ(image.id, id_);
+    EXPECT_EQ(image.info.width, 16);
+    EXPECT_EQ(image.size_bytes, png_.size());
+    EXPECT_FALSE(image.created);
+    EXPECT_FALSE(store_.contains(id_));
+    EXPECT_FALSE(store_.find(id_));
+    EXPECT_FALSE(store_.place(id_));
+    EXPECT_TRUE(store_.list(10).images.empty());
+    EXPECT_EQ(store_.stored_images(), 0u);
+    EXPECT_EQ(store_.stored_bytes(), 0u);
+}
+
+TEST_F(BuiltInImages, AreNotDeleted) {
+    EXPECT_EQ(code_of([&] { store_.remove(id_); }), "conflict");
+    EXPECT_EQ(sentence_of([&] { store_.remove(id_); }),
+              "This image is a sample that ships with the server: it cannot be deleted.");
+    EXPECT_EQ(store_.get(id_).bytes, png_);
+}
+
+TEST_F(BuiltInImages, AreStoredAsAnyOtherWhenTheyAreUploaded) {
+    EXPECT_TRUE(store_.put(png_, info).created);
+    EXPECT_TRUE(store_.contains(id_));
+    EXPECT_TRUE(store_.info(id_).created);
+    EXPECT_EQ(ids_of(store_.list(10).images), std::vector{id_});
+    EXPECT_NE(store_.get(id_).bytes.data(), png_.data());
+    for (const char letter : {'a', 'b'}) store_.put(hundred(letter), info);
+    EXPECT_FALSE(store_.contains(id_)) << "the copy is evicted as any other";
+    EXPECT_EQ(store_.get(id_).bytes, png_) << "and the built-in one is still there";
+
+    store_.put(png_, info);
+    EXPECT_EQ(code_of([&] { store_.remove(id_); }), "done");
+    EXPECT_EQ(code_of([&] { store_.remove(id_); }), "conflict");
 }
 
 }  // namespace

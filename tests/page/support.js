@@ -1,0 +1,103 @@
+// The real relitd and a real browser, for tests of the pages.
+import { spawn } from 'node:child_process'
+import { once } from 'node:events'
+import { mkdtemp, rm } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { createInterface } from 'node:readline'
+import { chromium } from 'playwright-core'
+
+/** relitd with a data folder of its own, which outlives stop() and start(). */
+export async function startServer() {
+  const folder = await mkdtemp(join(tmpdir(), 'relit-page-'))
+  let child
+  const server = {
+    port: 0,
+    async start() {
+      const flags = ['--host', '127.0.0.1', '--port', String(server.port), '--data-dir', join(folder, 'data')]
+      child = spawn(process.env.RELITD, flags, { stdio: ['ignore', 'pipe', 'ignore'] })
+      for await (const line of createInterface({ input: child.stdout })) {
+        server.address = line.match(/^relitd listens on (\S+)/)?.[1]
+        if (server.address) break
+      }
+      if (!server.address) throw new Error('relitd ended before it listened')
+      server.port = Number(new URL(server.address).port)
+    },
+    async stop() {
+      const ended = once(child, 'exit')
+      child.kill('SIGTERM')
+      await ended
+    },
+    async remove() {
+      await server.stop()
+      await rm(folder, { recursive: true })
+    },
+  }
+  await server.start()
+  process.on('exit', () => child.kill('SIGKILL'))
+  return server
+}
+
+export function startBrowser() {
+  const quiet = ['--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+    '--disable-component-update', '--disable-sync']
+  return chromium.launch({ executablePath: process.env.CHROMIUM, args: [...quiet, '--no-sandbox'] })
+}
+
+/**
+ * A page with a list of all that a visitor must not meet: errors on the console, requests that failed or went elsewhere.
+ * Renders that the page itself has given up are no failure.
+ */
+export async function openPage(browser, address, options) {
+  const context = await browser.newContext({ viewport: { width: 1000, height: 720 }, ...options })
+  const page = await context.newPage()
+  page.setDefaultTimeout(10_000)
+  page.troubles = []
+  page.on('console', (message) => message.type() === 'error' && page.troubles.push(`console: ${message.text()}`))
+  page.on('pageerror', (error) => page.troubles.push(`script: ${error.message}`))
+  page.on('request', (request) => {
+    const url = request.url()
+    if (!url.startsWith(new URL(address).origin) && !url.startsWith('blob:')) page.troubles.push(`request to ${url}`)
+  })
+  page.on('requestfailed', (request) => {
+    const error = request.failure().errorText
+    if (error !== 'net::ERR_ABORTED') page.troubles.push(`${request.url()}: ${error}`)
+  })
+  await page.goto(address)
+  return page
+}
+
+/** The final picture is there, or the page says why not. */
+export const rested = (page) => page.waitForSelector('#stage[aria-busy="false"]')
+export const message = (page) => page.textContent('#message')
+export const lightNow = (page) => page.getAttribute('#light', 'aria-valuetext')
+
+/** What the picture shows, as [left, right, top, bottom]: mean brightness of its halves, 0 to 255. */
+export const halves = (page) => page.evaluate(() => {
+  const picture = document.getElementById('picture')
+  const copy = Object.assign(document.createElement('canvas'), { width: 64, height: 64 })
+  const context = copy.getContext('2d')
+  context.drawImage(picture, 0, 0, 64, 64)
+  const { data } = context.getImageData(0, 0, 64, 64)
+  const sums = [0, 0, 0, 0]
+  for (let y = 0; y < 64; ++y)
+    for (let x = 0; x < 64; ++x) {
+      const at = 4 * (64 * y + x)
+      const brightness = ((data[at] + data[at + 1] + data[at + 2]) / 3) * (data[at + 3] / 255) / 2048
+      sums[x < 32 ? 0 : 1] += brightness
+      sums[y < 32 ? 2 : 3] += brightness
+    }
+  return sums
+})
+
+export const boxOf = (page) => page.locator('#frame').boundingBox()
+
+/** Drags with the mouse from one place of the picture to another, both as shares of its size. */
+export async function drag(page, from, to) {
+  const box = await boxOf(page)
+  const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height]
+  await page.mouse.move(...at(from))
+  await page.mouse.down()
+  await page.mouse.move(...at(to), { steps: 8 })
+  await page.mouse.up()
+}
