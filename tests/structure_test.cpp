@@ -2,6 +2,7 @@
 // only one folder may include is listed here.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -83,14 +84,40 @@ TEST(Structure, EachLibraryIsKnownToOneFolder) {
         {"tbb/", "core/base/parallel.cpp"}, {"httplib.h", "server/http/server.cpp"},
         {"nlohmann/", "server/schema/"},    {"openssl/", "server/storage/"},
     };
+    constexpr const char* http_client = "clients/cli/http_client.cpp";
     auto includes = includes_below("core");
-    for (const Include& include : includes_below("server")) includes.push_back(include);
+    for (const char* folder : {"server", "clients/cli"})
+        for (const Include& include : includes_below(folder)) includes.push_back(include);
     for (const auto& [library, owner] : owners)
         for (const Include& include : includes)
             if (include.target.starts_with(library)) {
-                EXPECT_TRUE(include.file.starts_with(owner))
+                EXPECT_TRUE(include.file.starts_with(owner) ||
+                            (include.target == "httplib.h" && include.file == http_client))
                     << include.file << " includes " << include.target;
             }
+}
+
+// The command line renders what the server renders, and knows nothing of how it serves.
+TEST(Structure, TheCommandLineIncludesNoServerOverHttp) {
+    constexpr const char* allowed[] = {
+        "clients/cli/",          "core/",
+        "server/schema/",        "server/scenes/",
+        "server/samples/",       "server/limits.h",
+        "server/text.h",         "server/error_codes.h",
+        "server/shared_bytes.h", "server/storage/sha256.h",
+    };
+    const auto includes = includes_below("clients/cli");
+    ASSERT_GT(includes.size(), 50u);
+    for (const Include& include : includes) {
+        const bool ours = include.target.starts_with("clients/") ||
+                          include.target.starts_with("core/") ||
+                          include.target.starts_with("server/");
+        EXPECT_TRUE(!ours || std::any_of(std::begin(allowed), std::end(allowed),
+                                         [&](const char* prefix) {
+                                             return include.target.starts_with(prefix);
+                                         }))
+            << include.file << " includes " << include.target;
+    }
 }
 
 TEST(Structure, TheServersMathematicsIsCores) {

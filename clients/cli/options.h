@@ -1,0 +1,54 @@
+// The command line of relit: what can be asked for, and the parser that reads and explains it.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+namespace relit::cli {
+
+/// What names a scene: the inputs that `relit render` and `relit scene` share.
+struct SceneOptions {
+    std::string relief;  ///< a path, "-" or "sample:NAME"; empty: the scene file names it
+    std::string scene;   ///< a path or "-"; empty: none
+    std::string preset;
+    std::string light;
+    std::string sun;
+    std::string env;
+    std::string alpha;
+    std::string albedo;
+    std::string size;
+    std::string format;
+    std::vector<std::string> set;  ///< "path=value"
+    std::string server;            ///< empty: this machine renders
+    int threads = 0;
+};
+
+struct Options {
+    SceneOptions scene;
+    std::string output;
+    bool quiet = false;
+    bool json = false;
+    bool etag = false;
+    std::vector<std::string> files;
+    std::string sample;
+    std::string shell;
+};
+
+/// The kinds of values, as --help shows them and completion knows them.
+namespace value {
+inline constexpr const char* image = "FILE";       ///< a file or a sample
+inline constexpr const char* file = "PATH";        ///< a file
+inline constexpr const char* environment = "ENV";  ///< an image, maybe with angles behind it
+inline constexpr const char* preset = "PRESET";    ///< a preset's name
+inline constexpr const char* sample = "SAMPLE";    ///< a sample's name
+inline constexpr const char* format = "FORMAT";    ///< of a picture
+inline constexpr const char* setting = "FIELD=VALUE";
+inline constexpr const char* shell = "SHELL";
+}  // namespace value
+
+/// Declares commands and flags; parsing fills `options`.
+void declare_options(CLI::App& app, Options& options);
+
+}  // namespace relit::cli

@@ -1,0 +1,244 @@
+#include "clients/cli/scene_job.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "clients/cli/failure.h"
+#include "server/error_codes.h"
+#include "server/samples/samples.h"
+#include "server/schema/base64.h"
+#include "server/schema/field_error.h"
+#include "server/schema/field_paths.h"
+#include "server/schema/fields.h"
+#include "server/schema/scene_json.h"
+#include "server/schema/settings.h"
+#include "server/storage/sha256.h"
+#include "server/text.h"
+
+namespace relit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using server::ImageSource;
+using server::Setting;
+using Images = std::map<std::string, Input>;
+
+constexpr int max_lights = 1'000'000;  // the machine is the caller's own
+
+// --- Flags as settings ---------------------------------------------------------------------------
+
+// Reads an image and keeps it. @return its id
+std::string keep(Input input, Images& images) {
+    const std::string id = input.id;
+    images.emplace(id, std::move(input));
+    return id;
+}
+
+void add_image(const std::string& field, const std::string& argument,
+               std::vector<Setting>& settings, Images& images) {
+    if (argument.empty()) return;
+    const std::string id = keep(read_input(argument), images);
+    settings.push_back({field, R"({"image":")" + id + R"("})"});
+}
+
+bool is_number(std::string_view text) {
+    double number = 0;
+    if (text.starts_with('+')) text.remove_prefix(1);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return error == std::errc{} && end == text.data() + text.size();
+}
+
+// "file,yaw,pitch": up to two numbers at the end are angles; other commas are the file's own.
+void add_environment(const std::string& argument, std::vector<Setting>& settings, Images& images) {
+    if (argument.empty()) return;
+    std::size_t end = argument.size();
+    for (int angle = 0; angle < 2; ++angle) {
+        const auto comma = argument.rfind(',', end - 1);
+        if (end == 0 || comma == std::string::npos || comma == 0) break;
+        if (!is_number(std::string_view(argument).substr(comma + 1, end - comma - 1))) break;
+        end = comma;
+    }
+    const std::string id = keep(read_input(argument.substr(0, end)), images);
+    settings.push_back({"env", id + argument.substr(end)});
+}
+
+// "800x600", "800", "x600"; the other side keeps the aspect.
+void add_size(const std::string& size, std::vector<Setting>& settings) {
+    if (size.empty()) return;
+    const auto is_count = [](std::string_view text) {
+        return !text.empty() && text.size() <= 9 &&
+               text.find_first_not_of("0123456789") == std::string_view::npos;
+    };
+    const auto x = size.find('x');
+    const std::string width = size.substr(0, x);
+    const std::string height = x == std::string::npos ? "" : size.substr(x + 1);
+    const bool known = x == std::string::npos
+                           ? is_count(width)
+                           : (width.empty() || is_count(width)) && is_count(height);
+    if (!known) throw Failure(Exit::usage, fmt::format("--size: '{}' is not WxH, W or xH", size));
+    settings.push_back({"output.width", width.empty() ? "null" : width});
+    settings.push_back({"output.height", height.empty() ? "null" : height});
+}
+
+void add_text(const std::string& field, const std::string& value, std::vector<Setting>& settings) {
+    if (!value.empty()) settings.push_back({field, value});
+}
+
+std::vector<Setting> settings_of_flags(const SceneOptions& options, Images& images) {
+    std::vector<Setting> settings;
+    add_text("preset", options.preset, settings);
+    add_image("height", options.relief, settings, images);
+    add_image("alpha", options.alpha, settings, images);
+    add_image("albedo", options.albedo, settings, images);
+    add_text("light", options.light, settings);
+    add_text("sun", options.sun, settings);
+    add_environment(options.env, settings, images);
+    add_size(options.size, settings);
+    add_text("output.format", options.format, settings);
+    return settings;
+}
+
+std::vector<Setting> settings_of_set(const std::vector<std::string>& set) {
+    std::vector<Setting> settings;
+    for (const std::string& one : set) {
+        const auto equals = one.find('=');
+        if (equals == 0 || equals == std::string::npos)
+            throw Failure(Exit::usage, fmt::format("--set: '{}' is not field=value", one));
+        settings.push_back({one.substr(0, equals), one.substr(equals + 1)});
+    }
+    return settings;
+}
+
+// --- The scene as text ---------------------------------------------------------------------------
+
+void check_stdin_is_read_once(const SceneOptions& options) {
+    const bool env = options.env == "-" || options.env.starts_with("-,");
+    const int readers = (options.relief == "-") + (options.scene == "-") + (options.alpha == "-") +
+                        (options.albedo == "-") + env;
+    if (readers > 1) throw Failure(Exit::usage, "stdin (-) can be one input only");
+}
+
+std::string scene_file_text(const std::string& argument) {
+    if (argument.empty()) return "{}";
+    const Input file = argument == "-" ? read_input(argument) : read_file(argument);
+    try {
+        return server::with_settings(file.bytes, {});
+    } catch (const Error& e) {
+        throw Failure(Exit::refused, file.name + ": " + part_of_line(e.what()));
+    }
+}
+
+// --- The format ----------------------------------------------------------------------------------
+
+// ".JPG" -> "jpeg"; empty for what ends otherwise
+std::string format_of_ending(const fs::path& target) {
+    std::string ending = target.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), server::lower);
+    if (ending == ".jpg") return "jpeg";
+    for (const auto& choice : server::choices_of<PictureFormat>())
+        if (ending == "." + std::string(choice.name)) return std::string(choice.name);
+    return "";
+}
+
+std::string_view name_of(PictureFormat format) {
+    for (const auto& choice : server::choices_of<PictureFormat>())
+        if (choice.value == format) return choice.name;
+    return "";
+}
+
+// The scene with the format of the target's ending, where it says none itself.
+std::string with_format_of(const std::string& target, std::string scene) {
+    const std::string format = format_of_ending(target);
+    if (server::has_field(scene, "output.format")) return scene;
+    if (!format.empty()) return server::with_settings(scene, {{"output.format", format}});
+    const fs::path path = target;
+    std::error_code ignored;
+    if (path.has_extension() && !fs::is_other(path, ignored))
+        throw Failure(Exit::usage,
+                      fmt::format("{}: '{}' is no picture's ending; there are .png, .jpg, .webp "
+                                  "and .exr, or say --format",
+                                  target, path.extension().string()));
+    return scene;
+}
+
+void check_format(const std::string& target, PictureFormat format) {
+    const std::string ending = format_of_ending(target);
+    if (!ending.empty() && ending != name_of(format))
+        throw Failure(Exit::usage, fmt::format("{}: the name says {}, output.format says {}; "
+                                               "--format {} or another name settles it",
+                                               target, ending, name_of(format), ending));
+}
+
+// --- Images --------------------------------------------------------------------------------------
+
+Input data_input(const ImageSource& source) {
+    auto bytes = server::decode_base64(source.text);
+    if (!bytes)
+        server::refuse_value("is not base64 (RFC 4648, without line breaks)", source.pointer);
+    const auto owner = std::make_shared<const std::string>(std::move(*bytes));
+    return {server::field_name(source.pointer), {}, {owner, *owner}, server::sha256_hex(*owner)};
+}
+
+// "/height/part", and "/height/image" as a server sees it -> "/height"
+std::string_view field_of(std::string_view pointer) {
+    return pointer.substr(0, pointer.rfind('/'));
+}
+
+// Puts an id in the place of whatever names the image.
+void resolve(ImageSource& source, const fs::path& folder, bool with_server, Images& images) {
+    if (source.kind == ImageSource::Kind::data) {
+        source.text = keep(data_input(source), images);
+    } else if (source.kind == ImageSource::Kind::part) {
+        source.text = keep(read_file(folder / source.text), images);
+    } else if (const auto* sample = server::find_sample(source.text)) {
+        source.text = sample->id;
+        images.emplace(sample->id, read_input("sample:" + sample->id));
+    } else if (!with_server && !images.contains(source.text)) {
+        throw Failure(Exit::refused,
+                      server::field_name(source.pointer) + " is stored on a server: give --server");
+    }
+    source.kind = ImageSource::Kind::image;
+}
+
+}  // namespace
+
+SceneJob read_scene_job(const SceneOptions& options, const std::string& target) {
+    SceneJob job;
+    check_stdin_is_read_once(options);
+    const std::vector<Setting> set = settings_of_set(options.set);
+    std::string text = scene_file_text(options.scene);
+    text = server::with_settings(text, settings_of_flags(options, job.images));
+    text = server::with_settings(text, set);
+    if (!server::has_field(text, "height"))
+        throw Failure(Exit::usage, "there is no relief: name a file, - or sample:plato");
+    text = with_format_of(target, text);
+    job.scene = server::parse_scene(text, max_lights);
+    check_format(target, job.scene.output.format);
+    const fs::path folder = fs::path(options.scene).parent_path();
+    server::for_each_image(job.scene, [&](ImageSource& source) {
+        resolve(source, folder, !options.server.empty(), job.images);
+    });
+    job.text = server::scene_json(job.scene);
+    return job;
+}
+
+std::vector<fs::path> paths_of(const SceneJob& job) {
+    std::vector<fs::path> paths;
+    for (const auto& [id, input] : job.images)
+        if (!input.path.empty()) paths.push_back(input.path);
+    return paths;
+}
+
+std::string image_name(const SceneJob& job, const std::string& pointer) {
+    std::string name;
+    server::for_each_image(job.scene, [&](const ImageSource& source) {
+        const auto found = job.images.find(source.text);
+        const bool blamed = field_of(source.pointer) == field_of(pointer);
+        if (blamed && name.empty() && found != job.images.end()) name = found->second.name;
+    });
+    return name;
+}
+
+}  // namespace relit::cli

@@ -1,0 +1,37 @@
+// Command line -> scene: presets, scene file and flags laid over each other, images read and named
+// by their ids, exactly as a server sees a request that brings its images along.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "clients/cli/input.h"
+#include "clients/cli/options.h"
+#include "core/base/error.h"
+#include "server/schema/description.h"
+
+namespace relit::cli {
+
+struct SceneJob {
+    server::SceneDescription scene;       ///< all its images are ImageSource::Kind::image
+    std::string text;                     ///< the scene in its one form, as scene_json() writes it
+    std::map<std::string, Input> images;  ///< id -> what was read; not those a server has to have
+};
+
+/// Reads everything that the options name.
+///
+/// @param target  where the picture goes: its ending is the format unless something else says it;
+///                empty: nowhere
+/// @throws Failure usage (values of flags that are not understood, formats that contradict each
+///         other), what read_input() throws; Error of parse_scene() and with_settings()
+[[nodiscard]] SceneJob read_scene_job(const SceneOptions& options, const std::string& target);
+
+/// The files that were read.
+[[nodiscard]] std::vector<std::filesystem::path> paths_of(const SceneJob& job);
+
+/// The name of the image that a pointer into the scene blames; empty when it blames none.
+[[nodiscard]] std::string image_name(const SceneJob& job, const std::string& pointer);
+
+}  // namespace relit::cli
