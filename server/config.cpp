@@ -107,6 +107,9 @@ void add_settings(CLI::App& app, Config& config) {
     setting(app, "--max-parts", limits.max_parts, "Parts of a form")->check(count);
     size_setting(app, "--max-storage", limits.max_storage_bytes,
                  "All stored images together; the least recently used ones go first");
+    setting(app, "--max-cache", limits.max_cache_bytes,
+            "Decoded maps kept for later requests, in bytes or as 300MiB; 0: none")
+        ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
 
     setting(app, "--max-image-pixels", limits.max_image_pixels, "Pixels of an image")->check(pixels);
     setting(app, "--max-environment-pixels", limits.max_environment_pixels,

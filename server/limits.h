@@ -30,6 +30,9 @@ struct Limits {
     // What is kept.
     std::size_t max_storage_bytes = 10ull << 30;  ///< all stored images; old ones go for new ones
 
+    std::size_t max_cache_bytes = 512u
+                                  << 20;  ///< decoded maps kept for the requests that come after
+
     // How much goes on at once.
     int max_connections = 256;
     int max_renders = 0;  ///< 0: one for every two threads

@@ -9,6 +9,7 @@
 #include "server/jobs/render_slots.h"
 #include "server/limits.h"
 #include "server/metrics.h"
+#include "server/scenes/shared_cache.h"
 #include "server/storage/image_store.h"
 
 namespace relit::server {
@@ -18,6 +19,7 @@ struct Services {
     RenderSlots& renders;  ///< who may render, and who waits
     RenderSlots& decodes;  ///< who may decode an upload: one image is three times its pixels in memory
     Executor& executor;
+    SharedCache& decoded;  ///< maps and environments that requests share
     Metrics& metrics;
     Limits limits;
     CorsPolicy cors;                    ///< which pages of other origins may read replies

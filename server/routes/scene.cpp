@@ -11,7 +11,7 @@ Reply check_scene(const Request& request, Services& services) {
     {
         const auto slot = services.renders.wait_for_slot(request.deadline, request.client_gone);
         (void)load_scene(job.scene, find_in(job, services.images), services.limits,
-                         services.executor);
+                         services.executor, services.decoded);
     }
     Reply reply{.content_type = "application/json", .body = job.scene_text};
     reply.headers["Cache-Control"] = "no-store";

@@ -27,8 +27,30 @@ auto blaming(const ImageSource& source, const Step& step) {
     }
 }
 
-DecodedImage decoded(const ImageSource& source, const FindImage& find, const Limits& limits) {
-    return blaming(source, [&] { return decode(find(source).bytes, decode_limits(limits)); });
+// An image that a scene names, and its bytes.
+struct FoundImage {
+    ImageSource source;
+    SharedBytes bytes;
+
+    // Its part in the name of what is made of it.
+    [[nodiscard]] std::string key() const {
+        return fmt::format("{}:{}", int(source.kind), source.text);
+    }
+};
+
+FoundImage found(const ImageSource& source, const FindImage& find) {
+    return blaming(source, [&] { return FoundImage{source, find(source)}; });
+}
+
+std::optional<FoundImage> found(const std::optional<ImageSource>& source, const FindImage& find) {
+    if (!source) return std::nullopt;
+    return found(*source, find);
+}
+
+std::string key_of(const std::optional<FoundImage>& image) { return image ? image->key() : ""; }
+
+DecodedImage decoded(const FoundImage& image, const Limits& limits) {
+    return blaming(image.source, [&] { return decode(image.bytes, decode_limits(limits)); });
 }
 
 // Integer colour images are sRGB-encoded, unless every number is to be used as it is.
@@ -37,58 +59,94 @@ bool is_encoded(const DecodedImage& image, Transfer transfer) {
 }
 
 // A colour image with its colour by itself; finite, since light and albedo have to be.
-DecodedImage decoded_colour(const ImageSource& source, const FindImage& find,
-                            const Limits& limits) {
-    DecodedImage image = decoded(source, find, limits);
+DecodedImage decoded_colour(const FoundImage& found, const Limits& limits) {
+    DecodedImage image = decoded(found, limits);
     if (!std::all_of(image.image.values.begin(), image.image.values.end(),
                      [](float v) { return std::isfinite(v); }))
-        refuse_value("has texels that are not finite numbers", source.pointer);
+        refuse_value("has texels that are not finite numbers", found.source.pointer);
     if (image.info.associated) divide_by_alpha(image.image);
     return image;
 }
 
-HeightField height_field(const SceneDescription& description, const FindImage& find,
-                         const Limits& limits, const Executor& executor) {
-    const DecodedImage heights = decoded(description.height, find, limits);
-    HeightField field = blaming(description.height, [&] {
+// The images of a height field.
+struct FieldImages {
+    FoundImage height;
+    std::optional<FoundImage> alpha;
+    std::optional<FoundImage> albedo;
+};
+
+HeightField height_field(const FieldImages& images, Transfer transfer, const Limits& limits,
+                         const Executor& executor) {
+    const DecodedImage heights = decoded(images.height, limits);
+    HeightField field = blaming(images.height.source, [&] {
         return height_field_from(heights.image, heights.info.has_alpha,
                                  is_unsigned_integer(heights.info.type));
     });
-    if (description.alpha) {
-        const DecodedImage alpha = decoded(*description.alpha, find, limits);
+    if (images.alpha) {
+        const DecodedImage alpha = decoded(*images.alpha, limits);
         set_alpha(field, alpha.image, alpha.info.has_alpha, executor);
     }
-    if (description.albedo) {
-        const DecodedImage albedo = decoded_colour(*description.albedo, find, limits);
-        set_albedo(field, albedo.image, albedo.info.has_alpha,
-                   is_encoded(albedo, description.output.picture.transfer), executor);
+    if (images.albedo) {
+        const DecodedImage albedo = decoded_colour(*images.albedo, limits);
+        set_albedo(field, albedo.image, albedo.info.has_alpha, is_encoded(albedo, transfer),
+                   executor);
     }
     return field;
 }
 
-std::shared_ptr<const Image> environment_map(const ImageSource& source, Transfer transfer,
-                                             const FindImage& find, const Limits& limits) {
-    const DecodedImage image = decoded_colour(source, find, limits);
+std::uint64_t bytes_of(const Image& image) { return image.values.size() * sizeof(float); }
+
+std::shared_ptr<const HeightField> shared_field(const SceneDescription& description,
+                                                const FindImage& find, const Limits& limits,
+                                                const Executor& executor, SharedCache& cache) {
+    const FieldImages images{found(description.height, find), found(description.alpha, find),
+                             found(description.albedo, find)};
+    const Transfer transfer = description.output.picture.transfer;
+    const std::string key =
+        fmt::format("field {} {} {} {}", images.height.key(), key_of(images.alpha),
+                    key_of(images.albedo), images.albedo ? int(transfer) : 0);
+    return cache.get<HeightField>(key, [&] {
+        auto field =
+            std::make_shared<const HeightField>(height_field(images, transfer, limits, executor));
+        const std::uint64_t bytes =
+            bytes_of(field->heights) + bytes_of(field->alpha) + bytes_of(field->albedo);
+        return SharedCache::Made<HeightField>{std::move(field), bytes};
+    });
+}
+
+Image environment_map(const FoundImage& found, Transfer transfer, const Limits& limits) {
+    const DecodedImage image = decoded_colour(found, limits);
     if (std::int64_t(image.info.width) * image.info.height > limits.max_environment_pixels)
         throw Error(error_code::image_too_large,
                     fmt::format("the environment is {} x {} pixels; the limit is {} pixels "
                                 "(max-environment-pixels)",
                                 image.info.width, image.info.height, limits.max_environment_pixels),
-                    source.pointer);
+                    found.source.pointer);
     Image map = rgb_channels(image.image, image.info.has_alpha);
     if (is_encoded(image, transfer)) decode_srgb(map);
     // Filters leave small negative numbers at bright edges; there is no negative light.
     for (float& v : map.values) v = std::max(v, 0.0f);
-    return std::make_shared<const Image>(std::move(map));
+    return map;
+}
+
+std::shared_ptr<const Image> shared_environment(const ImageSource& source, Transfer transfer,
+                                                const FindImage& find, const Limits& limits,
+                                                SharedCache& cache) {
+    const FoundImage image = found(source, find);
+    return cache.get<Image>(fmt::format("environment {} {}", image.key(), int(transfer)), [&] {
+        auto map = std::make_shared<const Image>(environment_map(image, transfer, limits));
+        const std::uint64_t bytes = bytes_of(*map);
+        return SharedCache::Made<Image>{std::move(map), bytes};
+    });
 }
 
 Light light_from(const LightDescription& description, Transfer transfer, const FindImage& find,
-                 const Limits& limits) {
+                 const Limits& limits, SharedCache& cache) {
     if (const auto* point = std::get_if<PointLight>(&description)) return *point;
     if (const auto* sun = std::get_if<DirectionalLight>(&description)) return *sun;
     const auto& environment = std::get<EnvironmentDescription>(description);
     EnvironmentLight light = environment.light;
-    light.map = environment_map(environment.image, transfer, find, limits);
+    light.map = shared_environment(environment.image, transfer, find, limits, cache);
     return light;
 }
 
@@ -121,9 +179,9 @@ void check_size(const OutputDescription& output, const HeightField& field, const
 }  // namespace
 
 Scene load_scene(const SceneDescription& description, const FindImage& find, const Limits& limits,
-                 const Executor& executor) {
+                 const Executor& executor, SharedCache& cache) {
     Scene scene;
-    scene.field = height_field(description, find, limits, executor);
+    scene.field = *shared_field(description, find, limits, executor, cache);
     check_region(description.output.picture, scene.field);
     check_size(description.output, scene.field, limits);
     scene.relief = description.relief;
@@ -132,7 +190,8 @@ Scene load_scene(const SceneDescription& description, const FindImage& find, con
     scene.material = description.material;
     scene.lights.clear();
     for (const LightDescription& light : description.lights)
-        scene.lights.push_back(light_from(light, description.output.picture.transfer, find, limits));
+        scene.lights.push_back(
+            light_from(light, description.output.picture.transfer, find, limits, cache));
     return scene;
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/render/scene.h"
 #include "server/limits.h"
+#include "server/scenes/shared_cache.h"
 #include "server/schema/description.h"
 #include "server/shared_bytes.h"
 
@@ -17,14 +18,15 @@ namespace relit::server {
 /// The bytes of an image. @throws Error not_found
 using FindImage = std::function<SharedBytes(const ImageSource&)>;
 
-/// Loads what `description` names. Afterwards the scene and `description.output.picture` meet
+/// Loads what `description` names; what `cache` has of it is not decoded again, but found all the
+/// same, so that an image that is gone is gone at once. Afterwards the scene and `description.output.picture` meet
 /// render()'s preconditions.
 ///
 /// @throws Error what `find` throws; image_not_supported, image_broken, image_too_large;
 ///         invalid_value for a region or a size that the map does not allow. `pointer` names the
 ///         field
 [[nodiscard]] Scene load_scene(const SceneDescription& description, const FindImage& find,
-                               const Limits& limits, const Executor& executor);
+                               const Limits& limits, const Executor& executor, SharedCache& cache);
 
 /// The picture that render() is to make for the file that is asked for.
 [[nodiscard]] Output picture_output(const OutputDescription& output);

@@ -274,5 +274,21 @@ TEST_F(RenderRoute, RefusesQueriesItDoesNotKnow) {
     EXPECT_THROW((void)render_picture(request, services_.services), Error);
 }
 
+TEST_F(RenderRoute, DecodesAMapOnceForAllScenesOverIt) {
+    (void)post(scene());
+    (void)post(scene(R"("relief": 0.5, "light": {"type": "directional"})"));
+    EXPECT_EQ(services_.decoded.misses(), 1u);
+    EXPECT_EQ(services_.decoded.hits(), 1u);
+    (void)post(scene(R"("albedo": {"image": ")" + id_ + R"("})"));
+    (void)post(scene(R"("output": {"transfer": "none"}, "albedo": {"image": ")" + id_ + R"("})"));
+    EXPECT_EQ(services_.decoded.misses(), 3u) << "another field with albedo, for each transfer";
+}
+
+TEST_F(RenderRoute, AnImageThatIsForgottenIsGoneForTheCacheToo) {
+    (void)post(scene());
+    services_.images.remove(id_);
+    expect_error(scene(), error_code::not_found, "/height/image");
+}
+
 }  // namespace
 }  // namespace relit::test
