@@ -4,6 +4,8 @@
 # Usage: tests/docker_test.sh RELITD RELIT
 set -euo pipefail
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
+# shellcheck source=tests/support/relitd.sh
+. "$root/tests/support/relitd.sh"
 relitd=$(realpath -- "$1")
 relit=$(realpath -- "$2")
 work=$(mktemp -d)
@@ -31,14 +33,8 @@ for program in "$relitd" "$relit"; do
 done
 [ $count -ge 8 ] || fail "only $count libraries were looked at"
 
-"$relitd" --port 0 --data-dir "$work/data" >"$work/log" 2>&1 &
-server=$!
-for _ in $(seq 100); do
-    port=$(sed -n 's/^relitd listens on .*:\([0-9]*\)$/\1/p' "$work/log")
-    [ -n "$port" ] && break
-    sleep 0.05
-done
-[ -n "$port" ] || { cat "$work/log"; exit 1; }
+start_relitd "$relitd" "$work"
+port=${address##*:}
 RELIT_PORT=$port "$root/docker/healthcheck" || fail "a server that answers is called unhealthy"
 kill "$server"
 wait "$server" || true

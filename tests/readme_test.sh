@@ -3,18 +3,13 @@
 # what the README shows ("…" stands for anything). Usage: tests/readme_test.sh RELITD [FOLDER for the pictures]
 set -euo pipefail
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
+# shellcheck source=tests/support/relitd.sh
+. "$root/tests/support/relitd.sh"
 relitd=$(realpath -- "$1")
 work=$(mktemp -d)
 trap 'kill "${server:-}" 2>/dev/null || true; rm -rf "$work"' EXIT
 
-"$relitd" --port 0 --data-dir "$work/data" >"$work/log" 2>&1 &
-server=$!
-for _ in $(seq 100); do
-    address=$(sed -n 's/^relitd listens on //p' "$work/log")
-    [ -n "$address" ] && break
-    sleep 0.05
-done
-[ -n "$address" ] || { cat "$work/log"; exit 1; }
+start_relitd "$relitd" "$work"
 
 mkdir "$work/tour"
 ln -s "$root/server" "$work/tour/server"

@@ -141,7 +141,8 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
         services.renders.wait_for_slot(request.deadline, request.client_gone, session);
     stages.done(RenderStage::queue);
     const FindImage find = find_in(job, services.images);  // in use until the picture is done
-    const Scene scene = load_scene(job.scene, find, services.limits, services.executor, services.decoded);
+    const Scene scene =
+        load_scene(job.scene, find, services.limits, services.executor, services.decoded);
     stages.done(RenderStage::decode);
     if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
     const Output output = picture_output(job.scene.output);
