@@ -44,7 +44,8 @@ public:
     int upload_missing() {
         int uploaded = 0;
         for (const auto& [id, image] : job_.images) {
-            const HttpReply known = patiently([&] { return client_.head("/v1/images/" + id); });
+            const std::string path = "/v1/images/" + id;
+            const HttpReply known = patiently([&] { return client_.head(path); });
             if (known.status == 200) continue;
             if (known.status != 404) throw Failure(Exit::refused, words_of(known, job_));
             upload(image);

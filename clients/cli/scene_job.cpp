@@ -31,7 +31,7 @@ constexpr int max_lights = 1'000'000;  // the machine is the caller's own
 
 // Reads an image and keeps it. @return its id
 std::string keep(Input input, Images& images) {
-    const std::string id = input.id;
+    std::string id = input.id;
     images.emplace(id, std::move(input));
     return id;
 }

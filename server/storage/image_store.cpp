@@ -243,7 +243,7 @@ std::optional<SharedBytes> ImageStore::map_stored(const std::string& id) const {
         const std::string_view bytes(static_cast<const char*>(owner.get()), entry->size_bytes);
         return SharedBytes{std::move(owner), bytes};
     }
-    const auto mapped = map_file(files_of(id).image);
+    auto mapped = map_file(files_of(id).image);
     if (mapped && mapped->bytes.size() == entry->size_bytes) {
         entry->mapped = mapped->owner;
         return mapped;
