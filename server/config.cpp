@@ -40,10 +40,11 @@ CLI::Option* setting(CLI::App& app, const std::string& flag, Value& value,
 
 // In bytes, or with a unit.
 CLI::Option* size_setting(CLI::App& app, const std::string& flag, std::size_t& value,
-                          const std::string& sentence) {
+                          const std::string& sentence, std::size_t least = 1) {
+    // Numbers beyond all arrive as the largest there is: the range catches them too.
     return setting(app, flag, value, sentence + ", in bytes or as 300MiB")
         ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(least, std::size_t(1) << 60));
 }
 
 CLI::Option* time_setting(CLI::App& app, const std::string& flag, std::chrono::seconds& value,
@@ -107,9 +108,8 @@ void add_settings(CLI::App& app, Config& config) {
     setting(app, "--max-parts", limits.max_parts, "Parts of a form")->check(count);
     size_setting(app, "--max-storage", limits.max_storage_bytes,
                  "All stored images together; the least recently used ones go first");
-    setting(app, "--max-cache", limits.max_cache_bytes,
-            "Decoded maps kept for later requests, in bytes or as 300MiB; 0: none")
-        ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
+    size_setting(app, "--max-cache", limits.max_cache_bytes,
+                 "Decoded maps kept for later requests; 0: none", 0);
 
     setting(app, "--max-image-pixels", limits.max_image_pixels, "Pixels of an image")->check(pixels);
     setting(app, "--max-environment-pixels", limits.max_environment_pixels,

@@ -35,11 +35,13 @@ RenderSlots::Slot RenderSlots::wait_for_slot(Clock::time_point deadline,
     if (arrival >= deadline) throw timed_out();
     const auto older = waiting_of(session);
     const bool at_once = int(running_.size()) < settings_.max_running && line_.empty();
-    if (!at_once && older == line_.end() && int(line_.size()) >= settings_.max_waiting)
+    auto stopping = working_for(session);
+    // Who stops a request of its own takes no place that was not taken before.
+    const bool replaces = older != line_.end() || !stopping.empty();
+    if (!at_once && !replaces && int(line_.size()) >= settings_.max_waiting)
         throw Error(error_code::queue_full, "As many requests are waiting as " +
                                                 settings_.max_waiting_name + " allows, " +
                                                 std::to_string(settings_.max_waiting) + ".");
-    auto stopping = working_for(session);
     line_.splice(older, mine);
     if (older != line_.end()) displace(older);
     if (at_once) run_next();

@@ -26,8 +26,9 @@ namespace relit::server {
 /// to the end of the line, unless one of its own waited: then it takes over that one's place. At
 /// the end, a user who drags faster than the line moves would start over with every frame and see
 /// none until he lets go; in the old place he waits as long as anybody else, and nobody waits
-/// longer for it. A session has at most one place in the line, and no session is remembered that
-/// has no request here.
+/// longer for it. Who supersedes is let in though the line is full: somebody else leaves for it.
+/// A session has at most one place in the line, and no session is remembered that has no request
+/// here.
 class RenderSlots {
     struct Place;
 
@@ -77,7 +78,7 @@ public:
     /// A slot, at once or when it is this caller's turn.
     ///
     /// @param session  whose older requests this one supersedes; empty: nobody's
-    /// @throws Error queue_full (as many wait as may; nothing is superseded then), timed_out
+    /// @throws Error queue_full (as many wait as may, and it supersedes nobody), timed_out
     ///         (`deadline` has passed), cancelled (`stop` is set), superseded (by a newer request of
     ///         the session); after each of them the caller's place is gone
     Slot wait_for_slot(Clock::time_point deadline, const std::stop_token& stop,

@@ -2,6 +2,7 @@
 
 #include "server/http/problem.h"
 #include "server/routes/meta.h"
+#include "server/routes/query.h"
 #include "server/schema/capabilities_json.h"
 #include "server/schema/openapi.h"
 #include "server/schema/presets.h"
@@ -13,6 +14,7 @@ namespace {
 
 // Texts that change with the program only: asked for again and again by pages, sent once.
 Reply text_reply(const Request& request, std::string text) {
+    allow_parameters(request, {});
     constexpr std::string_view ask_again = "no-cache";
     const std::string etag = '"' + sha256_hex(text).substr(0, 32) + '"';
     if (has_etag(request, etag)) return not_modified(etag, ask_again);

@@ -85,6 +85,7 @@ ImagePlace parse_place(const std::string& text, const ImageStore& images) {
 }  // namespace
 
 Reply put_image(const Request& request, Services& services) {
+    allow_parameters(request, {});
     const auto put = store(uploaded_bytes(request), request, services);
     Reply reply = json_reply(image_json(put.image), put.created ? 201 : 200);
     reply.headers.emplace("Location", "/v1/images/" + put.id);
@@ -102,6 +103,7 @@ Reply list_images(const Request& request, Services& services) {
 }
 
 Reply get_image(const Request& request, Services& services) {
+    allow_parameters(request, {});
     return json_reply(image_json(services.images.info(request.path_params.at("id"))), 200);
 }
 

@@ -137,10 +137,10 @@ struct Caching {
 
 Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const std::string& session,
                       const Request& request, Services& services, Stages& stages) {
+    const FindImage find = find_in(job, services.images);  // in use until the picture is done
     const auto slot =
         services.renders.wait_for_slot(request.deadline, request.client_gone, session);
     stages.done(RenderStage::queue);
-    const FindImage find = find_in(job, services.images);  // in use until the picture is done
     const Scene scene =
         load_scene(job.scene, find, services.limits, services.executor, services.decoded);
     stages.done(RenderStage::decode);

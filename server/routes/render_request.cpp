@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -114,17 +115,20 @@ RenderRequest parse_render_request(const Request& request, const Limits& limits)
 }
 
 FindImage find_in(const RenderRequest& request, const ImageStore& images) {
-    auto in_use = std::make_shared<std::vector<SharedBytes>>();
-    return [&request, &images, in_use](const ImageSource& source) -> SharedBytes {
+    auto found = std::make_shared<std::map<std::string, SharedBytes>>();
+    for_each_image(request.scene, [&](const ImageSource& source) {
         const auto brought = request.brought.find(source.text);
-        if (brought != request.brought.end()) return {nullptr, brought->second};
-        try {
-            return in_use->emplace_back(images.get(source.text));
-        } catch (const Error& e) {
-            if (e.code != error_code::not_found) throw;
-            throw Error(e.code, e.what(), source.pointer);
+        if (brought != request.brought.end()) {
+            (*found)[source.text] = {nullptr, brought->second};
+            return;
         }
-    };
+        try {
+            (*found)[source.text] = images.get(source.text);
+        } catch (const Error& e) {
+            throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "");
+        }
+    });
+    return [found](const ImageSource& source) { return found->at(source.text); };
 }
 
 }  // namespace relit::server

@@ -30,7 +30,9 @@ struct RenderRequest {
 
 /// Where load_scene() finds the images of a request: among those that came along, then in `images`.
 /// What it has found counts as in use until the last copy of the function is gone.
-/// @throws Error (the function) not_found at the field that names the image
+/// @throws Error not_found at the field that names the image, storage_failed
+/// All images of the request are looked for at once, so that none of them can be evicted while the
+/// request waits for its turn.
 [[nodiscard]] FindImage find_in(const RenderRequest& request, const ImageStore& images);
 
 }  // namespace relit::server

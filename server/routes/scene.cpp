@@ -8,10 +8,11 @@ namespace relit::server {
 
 Reply check_scene(const Request& request, Services& services) {
     const RenderRequest job = parse_render_request(request, services.limits);
+    const FindImage find = find_in(job, services.images);
     {
-        const auto slot = services.renders.wait_for_slot(request.deadline, request.client_gone);
-        (void)load_scene(job.scene, find_in(job, services.images), services.limits,
-                         services.executor, services.decoded);
+        // Nothing is rendered: it waits beside the uploads, not behind the renders.
+        const auto slot = services.decodes.wait_for_slot(request.deadline, request.client_gone);
+        (void)load_scene(job.scene, find, services.limits, services.executor, services.decoded);
     }
     Reply reply{.content_type = "application/json", .body = job.scene_text};
     reply.headers["Cache-Control"] = "no-store";

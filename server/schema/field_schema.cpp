@@ -134,12 +134,25 @@ public:
     }
 
 private:
-    // Kinds of lights share the names of some fields.
+    // Kinds of lights share the names of fields, and what one takes another may not.
     void add(const std::string& path, OrderedJson schema, std::string_view sentence) {
-        for (const FlatField& field : list_)
-            if (field.path == path) return;
+        for (FlatField& field : list_) {
+            if (field.path != path) continue;
+            schema["description"] = field.schema["description"];
+            if (field.schema != schema) join(field.schema, schema);
+            return;
+        }
         schema["description"] = sentence;
         list_.push_back({path, std::move(schema)});
+    }
+
+    // Either of them, with no default that would be the other's.
+    static void join(OrderedJson& schema, OrderedJson& other) {
+        OrderedJson joined = {{"description", schema["description"]}};
+        for (OrderedJson* one : {&schema, &other})
+            for (const char* key : {"description", "default"}) one->erase(key);
+        joined["anyOf"] = OrderedJson::array({schema, other});
+        schema = std::move(joined);
     }
 
     std::string prefix_;

@@ -102,15 +102,36 @@ const Preset& preset_of(const Json& name) {
     refuse_value("must be " + listed(names), "/preset");
 }
 
-// RFC 7396, but a null that removes nothing is kept: whether the field may be null is its own row's
-// business.
+// A field whose value the reader is to take as not there. Its name stays: an unknown field is refused
+// whatever it holds.
+const Json absent(Json::value_t::discarded);
+
+// {"image": id} and its kin are one value: a source of another kind does not join the preset's.
+bool is_image_source(const Json& value) {
+    return value.contains("data") || value.contains("part") ||
+           (value.contains("image") && value["image"].is_string());
+}
+
+// RFC 7396: what of a patch is new to the target, its nulls taken for nothing.
+Json without_nulls(const Json& patch) {
+    if (patch.is_null()) return absent;
+    if (!patch.is_object()) return patch;
+    Json value = Json::object();
+    for (const auto& [key, member] : patch.items()) value[key] = without_nulls(member);
+    return value;
+}
+
 void merge(Json& target, const Json& patch) {
     for (const auto& [key, value] : patch.items()) {
-        const bool there = target.contains(key);
-        if (value.is_null() && there) target.erase(key);
-        else if (value.is_object() && there && target[key].is_object()) merge(target[key], value);
-        else target[key] = value;
+        const bool joins = value.is_object() && !is_image_source(value) && target.contains(key) &&
+                           target[key].is_object();
+        if (joins) merge(target[key], value);
+        else target[key] = without_nulls(value);
     }
+}
+
+bool is_given(const Json& scene, const char* field) {
+    return scene.contains(field) && !scene[field].is_null();
 }
 
 bool replaces_light(const Json& light, const Json& preset_light) {
@@ -125,10 +146,10 @@ Json over_preset(Json scene) {
     scene.erase("preset");
     if (name.is_null()) return scene;
     Json result = Json::parse(preset_of(name).scene);
-    const bool new_light = scene.contains("light") && result.contains("light") &&
+    const bool new_light = is_given(scene, "light") && result.contains("light") &&
                            replaces_light(scene["light"], result["light"]);
-    if (new_light || scene.contains("lights")) result.erase("light");
-    if (scene.contains("light") || scene.contains("lights")) result.erase("lights");
+    if (new_light || is_given(scene, "lights")) result.erase("light");
+    if (is_given(scene, "light") || is_given(scene, "lights")) result.erase("lights");
     merge(result, scene);
     return result;
 }

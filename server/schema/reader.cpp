@@ -68,7 +68,10 @@ Light light_from(const Json& json, const std::string& pointer) {
 DirectionalLight directional_light_from(const Json& json, const std::string& pointer) {
     const auto light = light_from<DirectionalLight>(json, pointer);
     if (!light.direction) return light;
-    if (json.contains("azimuth") || json.contains("elevation"))
+    const auto has = [&](const char* name) {
+        return json.contains(name) && !json[name].is_discarded();
+    };
+    if (has("azimuth") || has("elevation"))
         refuse_value("stands in place of azimuth and elevation: give the one or the others",
                      pointer + "/direction");
     if (*light.direction == Vec3{}) refuse_value("must not be of length 0", pointer + "/direction");
@@ -93,7 +96,7 @@ Reader::Reader(const Json& json, std::string pointer) : json_(json), pointer_(st
 const Json* Reader::take(std::string_view name) {
     known_.push_back(name);
     const auto found = json_.find(name);
-    return found == json_.end() ? nullptr : &*found;
+    return found == json_.end() || found->is_discarded() ? nullptr : &*found;
 }
 
 std::string Reader::pointer_to(std::string_view name) const {
@@ -254,7 +257,7 @@ void read(const Json& json, std::optional<ImageSource>& value, Any, const std::s
 void read(const Json& json, LightDescription& value, const std::string& pointer) {
     if (!json.is_object()) refuse_value("must be an object", pointer);
     const auto type = json.find("type");
-    if (type == json.end())
+    if (type == json.end() || type->is_discarded())
         throw Error(error_code::missing_field, field_name(pointer + "/type") + " is missing",
                     pointer + "/type");
     if (*type == "point") value = light_from<PointLight>(json, pointer);

@@ -24,7 +24,7 @@ public:
     void lights(std::string_view one, std::string_view several,
                 std::vector<LightDescription>& lights, std::string_view sentence);
 
-    /// The field, remembered as known; null where it is not there.
+    /// The field, remembered as known; null where it is not there, or discarded (preset_merge.h).
     const Json* take(std::string_view name);
     [[nodiscard]] std::string pointer_to(std::string_view name) const;
 

@@ -34,7 +34,7 @@ std::string pointer_of(const std::vector<std::string>& segments) {
 
 // ".5" and "5." are numbers to people, if not to JSON; "inf" and "nan" are to neither.
 std::optional<double> number_from(std::string_view text) {
-    if (text.starts_with('+')) text.remove_prefix(1);
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     if (text.empty() || text.find_first_not_of("0123456789.eE+-") != std::string_view::npos)
         return std::nullopt;
     double number = 0;
@@ -80,7 +80,7 @@ Json value_from(const std::string& text, const std::vector<std::string>& path) {
 }
 
 bool is_index(const std::string& segment) {
-    return !segment.empty() && segment.size() < 6 &&
+    return !segment.empty() && segment.size() < 6 && (segment == "0" || segment[0] != '0') &&
            segment.find_first_not_of("0123456789") == std::string::npos;
 }
 
@@ -163,14 +163,24 @@ void lay_light_over(Json& scene, const Json& light) {
     if (light.contains("azimuth")) old.erase("direction");
 }
 
+// A field that is there twice: by itself, or as a part of one that is given whole.
 void check_paths(const std::vector<Setting>& settings) {
-    std::set<std::string_view> paths;
-    for (const Setting& setting : settings)
-        if (!paths.insert(setting.path).second) {
-            const std::string pointer = pointer_of(split(setting.path, '.'));
+    std::set<std::string> paths;
+    for (const Setting& setting : settings) {
+        const std::string pointer = pointer_of(split(setting.path, '.'));
+        if (!paths.insert(pointer).second)
             throw Error(error_code::duplicate_field, field_name(pointer) + " is there twice",
                         pointer);
-        }
+    }
+    for (const Setting& setting : settings) {
+        if (short_light(setting)) continue;  // a light may have further fields
+        const std::string pointer = pointer_of(split(setting.path, '.'));
+        const auto below = paths.upper_bound(pointer + '/');
+        if (below != paths.end() && below->starts_with(pointer + '/'))
+            throw Error(error_code::duplicate_field,
+                        field_name(*below) + " is there twice: '" + setting.path + "' has it too",
+                        *below);
+    }
 }
 
 }  // namespace

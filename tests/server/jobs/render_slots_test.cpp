@@ -245,23 +245,21 @@ TEST_F(Sessions, OrderOfArrivalDecidesAmongMany) {
     EXPECT_EQ(order_, "29");
 }
 
-TEST_F(Sessions, FullQueueHasRoomForWhoWaitsInItAndSupersedesNobodyForOthers) {
+TEST_F(Sessions, FullQueueHasRoomForWhoSupersedesAndForNobodyElse) {
     Caller running(slots_, never, {}, "running");
     wait_until([&] { return running.has_slot(); });
     for (int i = 0; i < 4; ++i) join("x", "s" + std::to_string(i), i + 1);
     EXPECT_EQ(refusal_of(slots_), "queue-full");
-    try {
-        (void)slots_.wait_for_slot(never, {}, "running");
-        FAIL() << "got in";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.code, error_code::queue_full);
-    }
-    EXPECT_TRUE(running.has_slot());
-    const Caller newer(slots_, never, {}, "s2");
+    Caller newer(slots_, never, {}, "s2");
+    newer.give_back();
     EXPECT_EQ(callers_[2]->refusal(), "superseded");
     EXPECT_EQ(slots_.waiting(), 4);
-    running.give_back();
-    EXPECT_EQ(running.refusal(), "") << "the refused one of its session did not stop it";
+    EXPECT_TRUE(running.has_slot()) << "nobody of its session has come";
+    const Caller next(slots_, never, {}, "running");
+    EXPECT_EQ(running.refusal(), "stopped");
+    wait_for_all();
+    wait_until([&] { return next.has_slot(); });
+    EXPECT_EQ(order_, "xxx") << "who waited longer went first";
 }
 
 TEST_F(Sessions, DeadlineOfTheNewerRequestIsItsOwn) {

@@ -228,14 +228,44 @@ TEST(SceneJson, PresetsLightIsMergedByItsOwnTypeAndReplacedByAnother) {
     EXPECT_EQ(std::get<PointLight>(several.lights.at(0)).intensity, 1);
 }
 
-TEST(SceneJson, NullTakesAPresetsFieldBackToItsDefaultAndNothingElse) {
+TEST(SceneJson, NullOverAPresetIsTheDefault) {
+    const auto text = [](const std::string& rest) {
+        return scene_json(parse_scene(scene_with(rest), 3));
+    };
     const auto scene =
         parse_scene(scene_with(R"("preset": "thesis", "output": {"transfer": null})"), 1);
     EXPECT_EQ(scene.output.picture.transfer, Transfer::srgb);
-    expect_refused(scene_with(R"("preset": "thesis", "normalScale": null)"),
-                   error_code::invalid_value, "/normalScale", "number");
+    const std::string bronze = text(R"("preset": "bronze")");
+    // What the preset does not set.
+    EXPECT_EQ(text(R"("preset": "bronze", "normalScale": null, "output": null, "lights": null)"),
+              bronze);
+    EXPECT_EQ(text(R"("preset": "bronze", "material": {"scatter": {"k": null}})"), bronze);
+    // What it does set, fields that hold others too.
+    EXPECT_EQ(std::get<PointLight>(
+                  parse_scene(scene_with(R"("preset": "bronze", "light": null)"), 1).lights.at(0))
+                  .position,
+              PointLight{}.position);
+    EXPECT_EQ(parse_scene(scene_with(R"("preset": "wax", "lights": null)"), 1).lights.size(), 1u);
+    EXPECT_EQ(parse_scene(scene_with(R"("preset": "wax", "light": null)"), 2).lights.size(), 2u);
+    EXPECT_EQ(parse_scene(scene_with(R"("preset": "bronze", "material": null)"), 1).material.depth,
+              Material{}.depth);
+    // An unknown field is one whatever it holds, and height must be there.
     expect_refused(scene_with(R"("preset": "thesis", "bogus": null)"), error_code::unknown_field,
                    "/bogus", "is no field");
+    expect_refused(R"({"preset": "thesis", "height": null})", error_code::missing_field, "/height",
+                   "missing");
+    expect_refused(scene_with(R"("preset": "bronze", "light": {"type": null})"),
+                   error_code::missing_field, "/light/type", "missing");
+}
+
+TEST(SceneJson, ImageOfAPresetIsReplacedWholeByOneOfAnotherKind) {
+    for (const char* kind : {"image", "data", "part"}) {
+        const auto scene = parse_scene(scene_with(R"("preset": "ink", "light": {"image": {")" +
+                                                  std::string(kind) + R"(": "x"}})"),
+                                       1);
+        EXPECT_EQ(std::get<server::EnvironmentDescription>(scene.lights.at(0)).image.text, "x")
+            << kind;
+    }
 }
 
 }  // namespace

@@ -49,6 +49,7 @@ TEST(Settings, ReadValuesAsWhatTheyLookLike) {
         {R"("12")", "12"},
         {"inf", "inf"},
         {"nan", "nan"},
+        {"+-1", "+-1"},
         {"0x10", "0x10"},
         {"", ""},
     };
@@ -125,6 +126,12 @@ TEST(Settings, OverAPresetMoveItsLight) {
 TEST(Settings, RefuseWhatCannotBe) {
     using namespace error_code;
     expect_refused("{}", {{"relief", "1"}, {"relief", "1"}}, duplicate_field, "/relief", "twice");
+    expect_refused("{}", {{"material", R"({"depth": 1})"}, {"material.depth", "2"}},
+                   duplicate_field, "/material/depth", "'material' has it too");
+    expect_refused("{}", {{"light", R"({"type": "point"})"}, {"light.intensity", "3"}},
+                   duplicate_field, "/light/intensity", "twice");
+    expect_refused("{}", {{"lights.0.a", "1"}, {"lights.00.b", "1"}}, invalid_value, "/lights/00",
+                   "below a field");
     expect_refused("{}", {{"light", "0,0,1"}, {"sun", "0,45"}}, invalid_value, "/sun",
                    "exclude each other");
     expect_refused("{}", {{"sun", "0"}}, invalid_value, "/sun", "2 numbers");
