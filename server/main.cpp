@@ -14,6 +14,7 @@
 #include <iostream>
 #include <thread>
 
+#include "core/base/standard_files.h"
 #include "server/config.h"
 #include "server/http/server.h"
 #include "server/routes/images.h"
@@ -82,11 +83,23 @@ Event wait_for_event(int signals, int finished, std::optional<Clock::time_point>
     std::_Exit(status);  // threads are still at work; what is stored is whole at any moment
 }
 
+// Until the requests under way are finished; meanwhile probes hear that the server is not ready.
+Event drain(Server& server, int signals, int finished, Clock::time_point deadline) {
+    constexpr auto pause = std::chrono::milliseconds(20);
+    server.drain();
+    auto event = Event::timeout;
+    while (event == Event::timeout && server.requests_under_way() > 0 && Clock::now() < deadline)
+        event = wait_for_event(signals, finished, std::min(deadline, Clock::now() + pause));
+    return event;
+}
+
 // After the first signal: the requests under way get their time, then are cancelled, then cut off.
 void stop_gracefully(Server& server, int signals, int finished, std::chrono::seconds stop_timeout) {
     spdlog::info("stopping: finishing the requests under way, at most {} s", stop_timeout.count());
+    const auto deadline = Clock::now() + stop_timeout;
+    auto event = drain(server, signals, finished, deadline);
     server.stop();
-    auto event = wait_for_event(signals, finished, Clock::now() + stop_timeout);
+    if (event == Event::timeout) event = wait_for_event(signals, finished, deadline);
     if (event == Event::timeout) {
         spdlog::warn("stopping: cancelling what is not finished");
         server.cancel();
@@ -149,6 +162,7 @@ int run(const Config& config, int signals) {
 
 int main(int argc, char** argv) {
     using namespace relit::server;
+    relit::hold_standard_files();
     const auto [config, exit_status] = read_config(argc, argv, environ, std::cout, std::cerr);
     if (exit_status) return *exit_status;
     const int signals = block_stop_signals();

@@ -24,7 +24,8 @@ struct Services {
     Limits limits;
     CorsPolicy cors;                    ///< which pages of other origins may read replies
     std::filesystem::path data_dir;     ///< has to be writable for /readyz
-    std::atomic<bool> stopping{false};  ///< set once, when the server takes no more connections
+    std::atomic<bool> draining{false};  ///< set once, when the server takes no more work
+    std::atomic<bool> stopping{false};  ///< set once, when it takes no more connections
 };
 
 }  // namespace relit::server

@@ -135,6 +135,13 @@ Router::Match Router::match(std::string_view method, std::string_view path) cons
                 "The method does not apply to this path; it takes " + allowed_methods(path) + ".");
 }
 
+bool Router::answers_while_stopping(std::string_view path) const {
+    const auto segments = segments_of(path);
+    return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+        return entry.route.while_stopping && fits(entry.segments, segments);
+    });
+}
+
 std::string_view Router::pattern_of(std::string_view path) const {
     const auto segments = segments_of(path);
     for (const Entry& entry : entries_)

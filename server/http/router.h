@@ -23,6 +23,7 @@ struct Route {
     Handler handler = nullptr;
     std::size_t max_body_bytes = 0;    ///< refused from the Content-Length on, or when counted
     std::string_view limit_name = {};  ///< the setting behind max_body_bytes, for the refusal
+    bool while_stopping = false;       ///< answered also when the server takes no more work
 };
 
 using PathParams = std::map<std::string, std::string>;
@@ -43,6 +44,9 @@ public:
 
     /// The pattern that a path fits, whatever its methods; "none" where there is no such path.
     [[nodiscard]] std::string_view pattern_of(std::string_view path) const;
+
+    /// Whether a path is answered also when the server takes no more work.
+    [[nodiscard]] bool answers_while_stopping(std::string_view path) const;
 
     /// What `Allow` lists for a path, "GET, HEAD, OPTIONS, POST"; empty where there is no such
     /// path.

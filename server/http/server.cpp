@@ -226,7 +226,7 @@ struct Server::Impl {
         }
         exchange.request.deadline = std::chrono::steady_clock::now() + limits.render_timeout;
         Reply reply = dispatch(router, std::move(exchange.request), services);
-        exchange.keep_open = exchange.head.keep_alive && !services.stopping && !crowded;
+        exchange.keep_open = exchange.head.keep_alive && !services.draining && !crowded;
         return reply;
     }
 
@@ -259,8 +259,13 @@ struct Server::Impl {
 
     // @return whether the connection stays open
     bool serve_request(Connection& connection, std::stop_token client_gone) {
+        const Counted busy(under_way);
         Exchange exchange;
         if (!receive_head(connection, router, limits, exchange)) return false;
+        if (!exchange.refusal && services.draining &&
+            !router.answers_while_stopping(exchange.request.path))
+            exchange.refusal.emplace(error_code::shutting_down,
+                                     "The server is stopping and takes no more work.");
         exchange.request.id = new_request_id();
         exchange.request.client_gone = std::move(client_gone);
         LibraryStream stream(connection, library_head(exchange), limits);
@@ -314,6 +319,7 @@ struct Server::Impl {
     Services& services;
     const Limits& limits;
     std::atomic<bool> crowded{false};  // somebody waits for a connection to end
+    std::atomic<int> under_way{0};     // requests
     std::atomic<std::size_t> body_bytes{0};
     int listener = -1;
     int give_way = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -349,7 +355,12 @@ void Server::serve() {
     impl_->workers.finish();
 }
 
+void Server::drain() { impl_->services.draining = true; }
+
+int Server::requests_under_way() const { return impl_->under_way; }
+
 void Server::stop() {
+    drain();
     impl_->services.stopping = true;
     ::eventfd_write(impl_->give_way, 1);
     ::eventfd_write(impl_->stop_accepting, 1);

@@ -30,6 +30,13 @@ public:
     /// Serves until stop(), then finishes the requests under way. Call it once, after bind().
     void serve();
 
+    /// Takes no more work: what begins from here on is answered 503, but for the paths that are
+    /// answered while stopping; what has begun is finished. From any thread, at any time.
+    void drain();
+
+    /// Requests between the first byte of their head and the last of their reply.
+    [[nodiscard]] int requests_under_way() const;
+
     /// Takes no more connections; idle ones are closed, the others after their reply. From any
     /// thread, at any time.
     void stop();

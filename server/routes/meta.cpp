@@ -44,7 +44,7 @@ std::string_view version() { return RELIT_VERSION; }
 Reply get_health(const Request&, Services&) { return status_reply(R"({"status":"ok"})"); }
 
 Reply get_readiness(const Request&, Services& services) {
-    if (services.stopping) throw Error(error_code::shutting_down, "The server is stopping.");
+    if (services.draining) throw Error(error_code::shutting_down, "The server is stopping.");
     if (::access(services.data_dir.c_str(), W_OK | X_OK) != 0)
         throw Error(error_code::not_ready, "The data folder cannot be written.");
     return status_reply(R"({"status":"ready"})");

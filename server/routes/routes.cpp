@@ -31,9 +31,9 @@ std::vector<Route> routes(const Limits& limits) {
         {"GET", "/v1/capabilities", get_capabilities},
         {"GET", "/v1/version", get_version},
         {"GET", "/openapi.json", get_openapi},
-        {"GET", "/healthz", get_health},
-        {"GET", "/readyz", get_readiness},
-        {"GET", "/metrics", get_metrics},
+        {"GET", "/healthz", get_health, 0, {}, /*while_stopping=*/true},
+        {"GET", "/readyz", get_readiness, 0, {}, /*while_stopping=*/true},
+        {"GET", "/metrics", get_metrics, 0, {}, /*while_stopping=*/true},
     };
 }
 

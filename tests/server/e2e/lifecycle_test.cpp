@@ -69,6 +69,27 @@ TEST(Lifecycle, ReadinessEndsWithTheSignalAndHealthDoesNot) {
     EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
 }
 
+// Balancers that look while the last work is being finished hear it, and do not run into a wall.
+TEST(Lifecycle, WhileWorkIsFinishedProbesAreAnsweredAndNewWorkIsRefused) {
+    RelitProcess relitd;
+    const std::string request = http_request("POST", "/v1/images", small_png());
+    RawConnection upload(relitd.port());
+    upload.send(request.substr(0, request.size() - 10));
+    ASSERT_EQ(http(relitd.port(), "GET", "/healthz").status, 200);
+    relitd.signal(SIGTERM);
+    std::this_thread::sleep_for(100ms);
+    EXPECT_EQ(http(relitd.port(), "GET", "/readyz").status, 503);
+    EXPECT_EQ(http(relitd.port(), "GET", "/healthz").status, 200);
+    EXPECT_EQ(http(relitd.port(), "GET", "/metrics").status, 200);
+    const HttpReply refused = http(relitd.port(), "POST", "/v1/images", small_png(1));
+    EXPECT_EQ(refused.status, 503);
+    EXPECT_NE(refused.body.find("/problems/shutting-down"), std::string::npos) << refused.body;
+    EXPECT_EQ(refused.header("connection"), "close");
+    upload.send(request.substr(request.size() - 10));
+    EXPECT_EQ(upload.receive().status, 201);
+    EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+}
+
 TEST(Lifecycle, ReadinessNeedsTheDataFolder) {
     RelitProcess relitd;
     const auto moved = relitd.data_dir().parent_path() / "moved";
