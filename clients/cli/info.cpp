@@ -2,7 +2,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <iostream>
 #include <limits>
+#include <span>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/failure.h"
@@ -72,25 +74,42 @@ std::string text_of(const FileInfo& info) {
     return text;
 }
 
+FileInfo info_of(const std::string& file) {
+    const Input input = read_input(file);
+    try {
+        return info_of(input);
+    } catch (const Error& e) {
+        throw Failure(Exit::refused, input.name + ": " + part_of_line(e.what()));
+    }
+}
+
+// One line each, and the first one's exit status.
+void report(std::span<const Failure> failures) {
+    if (failures.empty()) return;
+    for (const Failure& failure : failures) std::cerr << "relit: " << failure.what() << '\n';
+    throw Failure(failures.front().status, "");
+}
+
 }  // namespace
 
 void info_command(const Options& options, Console console) {
     std::vector<FileInfo> files;
+    std::vector<Failure> failures;
     if (std::count(options.files.begin(), options.files.end(), "-") > 1)
         throw Failure(Exit::usage, "stdin (-) can be one input only");
     for (const std::string& file : options.files) {
         console.progress.begin("reading " + file);
-        const Input input = read_input(file);
         try {
-            files.push_back(info_of(input));
-        } catch (const Error& e) {
-            throw Failure(Exit::refused, input.name + ": " + part_of_line(e.what()));
+            files.push_back(info_of(file));
+        } catch (const Failure& e) {
+            failures.push_back(e);
         }
     }
     console.progress.end();
     std::string text;
     for (const FileInfo& info : files) text += text_of(info);
     write_to_stdout(options.json ? server::file_info_json(files) + "\n" : text);
+    report(failures);
 }
 
 }  // namespace relit::cli

@@ -21,7 +21,7 @@ constexpr std::size_t piece_bytes = 1 << 20;
 struct Descriptor {
     int number = -1;
     ~Descriptor() {
-        if (number > STDERR_FILENO) ::close(number);
+        if (number >= 0) ::close(number);
     }
 };
 

@@ -12,11 +12,14 @@
 #include <functional>
 #include <iostream>
 #include <new>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/failure.h"
 #include "core/base/error.h"
+#include "core/base/standard_files.h"
 
 namespace relit::cli {
 namespace {
@@ -129,16 +132,32 @@ Exit exit_of(const CLI::App& app, const CLI::ParseError& error) {
     return Exit::usage;
 }
 
+// The arguments, the last first, as CLI11 wants them. It would take the argument that follows for
+// the value of "--flag=".
+std::vector<std::string> arguments_of(int argc, char** argv) {
+    std::vector<std::string> arguments;
+    for (int i = argc - 1; i > 0; --i) {
+        std::string argument = argv[i];
+        if (argument.starts_with("--") && argument.find('=') == argument.size() - 1) {
+            arguments.emplace_back();
+            argument.pop_back();
+        }
+        arguments.push_back(std::move(argument));
+    }
+    return arguments;
+}
+
 }  // namespace
 }  // namespace relit::cli
 
 int main(int argc, char** argv) {
     using namespace relit::cli;
+    relit::hold_standard_files();
     CLI::App app("Relights height fields.", "relit");
     Options options;
     declare_options(app, options);
     try {
-        app.parse(argc, argv);
+        app.parse(arguments_of(argc, argv));
     } catch (const CLI::ParseError& error) {
         return int(exit_of(app, error));
     }

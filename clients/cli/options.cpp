@@ -18,7 +18,8 @@ constexpr const char* program_help = R"(Examples:
 
 constexpr const char* scene_help = R"(
 FILE is a path, - for stdin, or a sample that ships, as sample:plato (see relit samples).
-Stronger wins: defaults < --preset < --scene < the other flags < --set.
+Stronger wins: defaults < --preset < --scene < the other flags < --set. A scene file that
+names a preset itself excludes --preset.
 In a scene file {"part": "name"} is a file, from the scene file's folder; {"data": "…"} is
 base64; {"image": "…"} is an id or a sample's name (other ids only with --server).
 With --server, images go there under the SHA-256 of their bytes, and only those it lacks.)";
@@ -48,7 +49,8 @@ constexpr const char* info_help = R"(Examples:
   curl -s https://example.org/dem.tif | relit info -
 
 Heights are fractions of the largest number for unsigned integers, else the stored numbers;
-not finite and masked texels have no part in the picture.)";
+not finite and masked texels have no part in the picture. Files that cannot be read are named
+on stderr, and the others told all the same; the first of them gives the exit status.)";
 
 constexpr const char* presets_help = R"(Examples:
   relit presets
@@ -72,9 +74,14 @@ class Layout : public CLI::Formatter {
     }
 };
 
+// An empty variable of a script is not taken for a flag that is not there.
+CLI::Validator not_empty() {
+    return {[](const std::string& value) { return value.empty() ? "is empty" : ""; }, ""};
+}
+
 CLI::Option* text(CLI::App& app, const std::string& flag, std::string& target,
                   const std::string& sentence, const char* kind) {
-    return app.add_option(flag, target, sentence)->type_name(kind);
+    return app.add_option(flag, target, sentence)->type_name(kind)->check(not_empty());
 }
 
 void declare_quiet(CLI::App& app, Options& options) {
@@ -102,8 +109,10 @@ void declare_scene(CLI::App& app, Options& options) {
     text(app, "--format", scene.format, "png, jpeg, webp or exr", value::format);
     app.add_option("--set", scene.set, "Any field: material.specular.k=0.4; may be repeated")
         ->type_name(value::setting)
+        ->check(not_empty())
         ->allow_extra_args(false);
     app.add_option("--threads", scene.threads, "Threads that render; 0: one per processor")
+        ->check(not_empty())
         ->check(CLI::Range(0, 1024).description(""))
         ->type_name("N");
     text(app, "--server", scene.server, "Let a server do it: http://… or https://…", "URL");
@@ -128,7 +137,10 @@ void declare_dry_run(CLI::App& app, Options& options) {
 
 void declare_info(CLI::App& app, Options& options) {
     CLI::App& info = *app.add_subcommand("info", "Says what an image holds");
-    info.add_option("files", options.files, "Images")->type_name(value::image)->required();
+    info.add_option("files", options.files, "Images")
+        ->type_name(value::image)
+        ->check(not_empty())
+        ->required();
     info.add_flag("--json", options.json, "For machines");
     declare_quiet(info, options);
     info.footer(std::string(info_help) + "\n" + exit_statuses);

@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
+#include <optional>
 #include <random>
 
 #include "clients/cli/failure.h"
@@ -14,6 +16,8 @@ namespace relit::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int most_links = 40;  // that lead from one to the next, as the kernel has it
 
 // @return 0 or errno
 int write_all(int descriptor, std::string_view bytes) {
@@ -55,16 +59,55 @@ fs::path behind_links(const fs::path& path) {
     return failed || file.empty() ? path : file;
 }
 
-}  // namespace
-
-void write_to_stdout(std::string_view bytes) {
-    const int error = write_all(STDOUT_FILENO, bytes);
-    if (error == EPIPE) throw Failure(Exit::unreachable, "");
-    if (error != 0) fail_writing("stdout", error);
+std::optional<int> number_in(const std::string& text) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return number;
 }
 
+// The descriptor that a target names: "-", /dev/stdout, /dev/fd/3, /proc/self/fd/3, a link to one
+// of them. By its path such a target would be opened anew, from the start, or replaced.
+std::optional<int> named_descriptor(const std::string& target) {
+    if (target == "-") return STDOUT_FILENO;
+    std::error_code failed;
+    const fs::path self = fs::canonical("/proc/self", failed);
+    fs::path path = target;
+    for (int links = 0; links < most_links && !failed; ++links) {
+        const fs::path folder = fs::canonical(folder_of(path), failed);
+        const bool of_ours = folder.string().starts_with(self.string() + "/");
+        if (!failed && of_ours && folder.filename() == "fd")
+            return number_in(path.filename().string());
+        if (!failed) path = folder / fs::read_symlink(path, failed);
+    }
+    return std::nullopt;
+}
+
+std::string name_of(const std::string& target) { return target == "-" ? "stdout" : target; }
+
+void write_through(int descriptor, const std::string& name, std::string_view bytes) {
+    const int error = write_all(descriptor, bytes);
+    if (error == EPIPE) throw Failure(Exit::unreachable, "");
+    if (error != 0) fail_writing(name, error);
+}
+
+// The caller has to have opened it: what the program opens itself is closed on exec.
+void check_descriptor(int descriptor, const std::string& name) {
+    const int flags = ::fcntl(descriptor, F_GETFD);
+    const int mode = ::fcntl(descriptor, F_GETFL);
+    if (flags < 0 || (flags & FD_CLOEXEC) != 0 || (mode & O_ACCMODE) == O_RDONLY)
+        fail_writing(name, EBADF);
+    if (::isatty(descriptor))
+        throw Failure(Exit::usage, name + " is a terminal: send the picture to a file or a pipe");
+}
+
+}  // namespace
+
+void write_to_stdout(std::string_view bytes) { write_through(STDOUT_FILENO, "stdout", bytes); }
+
 void OutputFiles::write(const std::string& target, std::string_view bytes) {
-    if (target == "-") return write_to_stdout(bytes);
+    if (const auto descriptor = named_descriptor(target))
+        return write_through(*descriptor, name_of(target), bytes);
     if (!is_written_directly(target)) return write_whole(behind_links(target), bytes);
     const int file = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
     if (file < 0) fail_with_errno(target, "write it");
@@ -120,12 +163,8 @@ void OutputFiles::remove_unfinished() {
 }
 
 void check_target(const std::string& target, std::span<const fs::path> inputs) {
-    if (target == "-") {
-        if (::isatty(STDOUT_FILENO))
-            throw Failure(Exit::usage,
-                          "stdout is a terminal: send the picture to a file or a pipe");
-        return;
-    }
+    if (const auto descriptor = named_descriptor(target))
+        return check_descriptor(*descriptor, name_of(target));
     std::error_code ignored;
     if (fs::is_directory(target, ignored))
         throw Failure(Exit::unreachable, target + ": is a folder");

@@ -13,9 +13,10 @@ namespace relit::cli {
 /// Whoever ends the program in between calls remove_unfinished() first.
 class OutputFiles {
 public:
-    /// @param target  a path, or "-" for stdout. What is no regular file (/dev/null, a pipe) is
-    ///                written to directly
-    /// @throws Failure unreachable; without words when stdout is a pipe that nobody reads
+    /// @param target  a path, or "-" for stdout. What the caller holds open (/dev/stdout,
+    ///                /dev/fd/3) is written through its descriptor, where it stands; what is no
+    ///                regular file (/dev/null, a pipe) is written to directly
+    /// @throws Failure unreachable; without words when a descriptor is a pipe that nobody reads
     void write(const std::string& target, std::string_view bytes);
 
     /// Removes what is not finished; nothing is created or renamed any more.
@@ -33,7 +34,8 @@ private:
 
 /// Refuses, before the work begins, a target that cannot be written or that is an input.
 /// @param inputs  the files that are read
-/// @throws Failure usage (a terminal, an input), unreachable (no such folder, a folder itself)
+/// @throws Failure usage (a terminal, an input), unreachable (no such folder, a folder itself, a
+///         descriptor that is not open for writing)
 void check_target(const std::string& target, std::span<const std::filesystem::path> inputs);
 
 /// Writes to stdout. @throws Failure as OutputFiles::write()

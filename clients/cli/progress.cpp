@@ -15,6 +15,10 @@ using namespace std::chrono_literals;
 constexpr auto patience = 500ms;
 constexpr int bar_width = 24;
 
+// From when on the share that is done says how long the rest takes.
+constexpr double telling_share = 0.02;
+constexpr auto telling_time = 1s;
+
 // The terminal may be gone or full: drawing is no reason to fail.
 void write_to_stderr(const std::string& text) {
     [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text.data(), text.size());
@@ -87,9 +91,9 @@ std::string Progress::line(Clock::time_point now) const {
     std::string text = fmt::format("{} {:3.0f} % [{}{}] {}", stage_, std::floor(*share_ * 100),
                                    std::string(std::size_t(full), '#'),
                                    std::string(std::size_t(bar_width - full), '.'), elapsed);
-    if (*share_ > 0)
-        text +=
-            fmt::format(", {} left", clock_text((now - stage_began_) * ((1 - *share_) / *share_)));
+    const auto taken = now - stage_began_;
+    if (*share_ >= telling_share && taken >= telling_time)
+        text += fmt::format(", {} left", clock_text(taken * ((1 - *share_) / *share_)));
     return text;
 }
 

@@ -14,9 +14,11 @@ struct RemoteAnswer {
     std::string etag;
 };
 
-/// Posts the scene to `path` of the server, for an answer of a media type that begins with `media`. A busy server is asked again, as often and as late as
-/// it says, within bounds; images that it forgot meanwhile are sent once more.
-/// @throws Failure unreachable, refused with the server's own sentence; usage for no address
+/// Posts the scene to `path` of the server, for an answer of a media type that begins with `media`.
+/// A busy or full server is asked again, as late as it says, within bounds; images that it forgot
+/// meanwhile are sent once more.
+/// @throws Failure unreachable, refused with the server's own sentence, or naming the URL when it is
+///         no Relit server's; usage for no address
 [[nodiscard]] RemoteAnswer ask_server(const std::string& url, const std::string& path,
                                       const std::string& media, const SceneJob& job,
                                       Progress& progress);

@@ -57,7 +57,7 @@ std::string render_here(const SceneJob& job, int threads, Progress& progress) {
 void render_command(const Options& options, Console console) {
     console.progress.begin("reading");
     const SceneJob job = read_scene_job(options.scene, options.output);
-    check_target(options.output, paths_of(job));
+    check_target(options.output, job.files);
     const std::string& url = options.scene.server;
     const std::string picture =
         url.empty() ? render_here(job, options.scene.threads, console.progress)

@@ -23,23 +23,23 @@ namespace {
 namespace fs = std::filesystem;
 using server::ImageSource;
 using server::Setting;
-using Images = std::map<std::string, Input>;
 
 constexpr int max_lights = 1'000'000;  // the machine is the caller's own
 
 // --- Flags as settings ---------------------------------------------------------------------------
 
 // Reads an image and keeps it. @return its id
-std::string keep(Input input, Images& images) {
+std::string keep(Input input, SceneJob& job) {
     std::string id = input.id;
-    images.emplace(id, std::move(input));
+    if (!input.path.empty()) job.files.push_back(input.path);
+    job.images.emplace(id, std::move(input));
     return id;
 }
 
 void add_image(const std::string& field, const std::string& argument,
-               std::vector<Setting>& settings, Images& images) {
+               std::vector<Setting>& settings, SceneJob& job) {
     if (argument.empty()) return;
-    const std::string id = keep(read_input(argument), images);
+    const std::string id = keep(read_input(argument), job);
     settings.push_back({field, R"({"image":")" + id + R"("})"});
 }
 
@@ -51,7 +51,7 @@ bool is_number(std::string_view text) {
 }
 
 // "file,yaw,pitch": up to two numbers at the end are angles; other commas are the file's own.
-void add_environment(const std::string& argument, std::vector<Setting>& settings, Images& images) {
+void add_environment(const std::string& argument, std::vector<Setting>& settings, SceneJob& job) {
     if (argument.empty()) return;
     std::size_t end = argument.size();
     for (int angle = 0; angle < 2; ++angle) {
@@ -60,7 +60,7 @@ void add_environment(const std::string& argument, std::vector<Setting>& settings
         if (!is_number(std::string_view(argument).substr(comma + 1, end - comma - 1))) break;
         end = comma;
     }
-    const std::string id = keep(read_input(argument.substr(0, end)), images);
+    const std::string id = keep(read_input(argument.substr(0, end)), job);
     settings.push_back({"env", id + argument.substr(end)});
 }
 
@@ -86,15 +86,15 @@ void add_text(const std::string& field, const std::string& value, std::vector<Se
     if (!value.empty()) settings.push_back({field, value});
 }
 
-std::vector<Setting> settings_of_flags(const SceneOptions& options, Images& images) {
+std::vector<Setting> settings_of_flags(const SceneOptions& options, SceneJob& job) {
     std::vector<Setting> settings;
     add_text("preset", options.preset, settings);
-    add_image("height", options.relief, settings, images);
-    add_image("alpha", options.alpha, settings, images);
-    add_image("albedo", options.albedo, settings, images);
+    add_image("height", options.relief, settings, job);
+    add_image("alpha", options.alpha, settings, job);
+    add_image("albedo", options.albedo, settings, job);
     add_text("light", options.light, settings);
     add_text("sun", options.sun, settings);
-    add_environment(options.env, settings, images);
+    add_environment(options.env, settings, job);
     add_size(options.size, settings);
     add_text("output.format", options.format, settings);
     return settings;
@@ -120,14 +120,23 @@ void check_stdin_is_read_once(const SceneOptions& options) {
     if (readers > 1) throw Failure(Exit::usage, "stdin (-) can be one input only");
 }
 
-std::string scene_file_text(const std::string& argument) {
+std::string scene_file_text(const std::string& argument, SceneJob& job) {
     if (argument.empty()) return "{}";
     const Input file = argument == "-" ? read_input(argument) : read_file(argument);
+    if (!file.path.empty()) job.files.push_back(file.path);
     try {
         return server::with_settings(file.bytes, {});
     } catch (const Error& e) {
         throw Failure(Exit::refused, file.name + ": " + part_of_line(e.what()));
     }
+}
+
+void check_one_preset(const SceneOptions& options, const std::string& scene_file) {
+    if (options.preset.empty() || !server::has_field(scene_file, "preset")) return;
+    const std::string name = options.scene == "-" ? "stdin" : options.scene;
+    throw Failure(Exit::usage, fmt::format("--preset: {} names a preset itself, which is stronger; "
+                                           "--set preset={} replaces it",
+                                           name, options.preset));
 }
 
 // --- The format ----------------------------------------------------------------------------------
@@ -187,15 +196,15 @@ std::string_view field_of(std::string_view pointer) {
 }
 
 // Puts an id in the place of whatever names the image.
-void resolve(ImageSource& source, const fs::path& folder, bool with_server, Images& images) {
+void resolve(ImageSource& source, const fs::path& folder, bool with_server, SceneJob& job) {
     if (source.kind == ImageSource::Kind::data) {
-        source.text = keep(data_input(source), images);
+        source.text = keep(data_input(source), job);
     } else if (source.kind == ImageSource::Kind::part) {
-        source.text = keep(read_file(folder / source.text), images);
+        source.text = keep(read_file(folder / source.text), job);
     } else if (const auto* sample = server::find_sample(source.text)) {
         source.text = sample->id;
-        images.emplace(sample->id, read_input("sample:" + sample->id));
-    } else if (!with_server && !images.contains(source.text)) {
+        job.images.emplace(sample->id, read_input("sample:" + sample->id));
+    } else if (!with_server && !job.images.contains(source.text)) {
         throw Failure(Exit::refused,
                       server::field_name(source.pointer) + " is stored on a server: give --server");
     }
@@ -208,8 +217,9 @@ SceneJob read_scene_job(const SceneOptions& options, const std::string& target) 
     SceneJob job;
     check_stdin_is_read_once(options);
     const std::vector<Setting> set = settings_of_set(options.set);
-    std::string text = scene_file_text(options.scene);
-    text = server::with_settings(text, settings_of_flags(options, job.images));
+    std::string text = scene_file_text(options.scene, job);
+    check_one_preset(options, text);
+    text = server::with_settings(text, settings_of_flags(options, job));
     text = server::with_settings(text, set);
     if (!server::has_field(text, "height"))
         throw Failure(Exit::usage, "there is no relief: name a file, - or sample:plato");
@@ -218,17 +228,10 @@ SceneJob read_scene_job(const SceneOptions& options, const std::string& target) 
     check_format(target, job.scene.output.format);
     const fs::path folder = fs::path(options.scene).parent_path();
     server::for_each_image(job.scene, [&](ImageSource& source) {
-        resolve(source, folder, !options.server.empty(), job.images);
+        resolve(source, folder, !options.server.empty(), job);
     });
     job.text = server::scene_json(job.scene);
     return job;
-}
-
-std::vector<fs::path> paths_of(const SceneJob& job) {
-    std::vector<fs::path> paths;
-    for (const auto& [id, input] : job.images)
-        if (!input.path.empty()) paths.push_back(input.path);
-    return paths;
 }
 
 std::string image_name(const SceneJob& job, const std::string& pointer) {

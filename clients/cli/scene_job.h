@@ -18,6 +18,7 @@ struct SceneJob {
     server::SceneDescription scene;       ///< all its images are ImageSource::Kind::image
     std::string text;                     ///< the scene in its one form, as scene_json() writes it
     std::map<std::string, Input> images;  ///< id -> what was read; not those a server has to have
+    std::vector<std::filesystem::path> files;  ///< all that were read, the scene file too
 };
 
 /// Reads everything that the options name.
@@ -25,11 +26,9 @@ struct SceneJob {
 /// @param target  where the picture goes: its ending is the format unless something else says it;
 ///                empty: nowhere
 /// @throws Failure usage (values of flags that are not understood, formats that contradict each
-///         other), what read_input() throws; Error of parse_scene() and with_settings()
+///         other, two presets), what read_input() throws; Error of parse_scene() and
+///         with_settings()
 [[nodiscard]] SceneJob read_scene_job(const SceneOptions& options, const std::string& target);
-
-/// The files that were read.
-[[nodiscard]] std::vector<std::filesystem::path> paths_of(const SceneJob& job);
 
 /// The name of the image that a pointer into the scene blames; empty when it blames none.
 [[nodiscard]] std::string image_name(const SceneJob& job, const std::string& pointer);

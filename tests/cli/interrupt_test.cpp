@@ -65,6 +65,38 @@ TEST(CliInterrupt, StopsALargeRenderAtOnceAndShowsProgressUntilThen) {
     EXPECT_EQ(files_in(out.path()), 0u);
 }
 
+// The lines of progress that say how far it is.
+std::vector<std::string> lines_with_a_share(const std::string& screen) {
+    std::vector<std::string> lines;
+    const std::string erase = "\r\x1b[K";
+    for (auto begin = screen.find(erase); begin != std::string::npos;) {
+        begin += erase.size();
+        const auto end = screen.find(erase, begin);
+        const std::string line = screen.substr(begin, end - begin);
+        if (line.find(" % [") != std::string::npos) lines.push_back(line);
+        begin = end;
+    }
+    return lines;
+}
+
+TEST(CliInterrupt, SaysHowLongTheRestTakesOnceThatIsKnown) {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "large.png", std::ios::binary) << large_relief(4096);
+    OnTerminal relit(
+        {"relit", "render", "large.png", "--light", "0.1,1,0.2", "--threads", "1", "--set",
+         "material.illumination=count", "--set", "material.steps=400", "-o", "a.png"},
+        folder.path());
+    ASSERT_TRUE(relit.shows(" left", 120s)) << relit.screen();
+    int early = 0;
+    for (const std::string& line : lines_with_a_share(relit.screen())) {
+        const double percent = std::stod(line.substr(line.find("rendering") + 9));
+        if (percent >= 2) continue;
+        ++early;
+        EXPECT_EQ(line.find("left"), std::string::npos) << line;
+    }
+    EXPECT_GT(early, 0) << relit.screen();
+}
+
 TEST(CliInterrupt, StopsWhileAServerIsSilent) {
     const TemporaryFolder folder;
     const ScriptedServer silent({});

@@ -58,10 +58,27 @@ TEST(CliInfo, CountsTexelsWithoutAHeight) {
 }
 
 TEST(CliInfo, NamesTheFileThatItCannotRead) {
-    const Ran broken = shell("relit info plato.png README.md", samples);
+    const Ran broken = shell("relit info README.md", samples);
     EXPECT_EQ(broken.status, 1);
     EXPECT_TRUE(broken.err.starts_with("relit: README.md: ")) << broken.err;
     EXPECT_EQ(shell("relit info none.png", samples).status, 3);
+}
+
+TEST(CliInfo, TellsOfTheOthersWhenAFileCannotBeRead) {
+    for (const std::string flag : {"", " --json"}) {
+        const std::string command = "relit info --quiet" + flag;
+        const Ran good = shell(command + " plato.png fish.png", samples);
+        const Ran mixed = shell(command + " plato.png README.md fish.png none.png", samples);
+        EXPECT_EQ(good.status, 0);
+        EXPECT_EQ(mixed.status, 1);
+        EXPECT_FALSE(good.out.empty());
+        EXPECT_EQ(mixed.out, good.out);
+        EXPECT_TRUE(mixed.err.starts_with("relit: README.md: ")) << mixed.err;
+        EXPECT_TRUE(
+            mixed.err.ends_with("\nrelit: none.png: cannot read it: no such file or directory\n"))
+            << mixed.err;
+    }
+    EXPECT_EQ(shell("relit info --json README.md", samples).out, "[]\n");
 }
 
 TEST(CliLists, PresetsAndSamplesAreAllNamed) {

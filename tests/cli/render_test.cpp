@@ -113,7 +113,7 @@ TEST_F(CliRender, RefusesFormatsThatContradictEachOther) {
 
 TEST_F(CliRender, SetBeatsFlagsBeatSceneBeatsPreset) {
     write("map.png", small_png());
-    write("scene.json", R"({"preset": "wax", "relief": 0.3, "light": {"type": "point",
+    write("scene.json", R"({"relief": 0.3, "light": {"type": "point",
         "position": [0.5, 0.5, 1], "intensity": 3}, "output": {"width": 10, "height": 10}})");
     const auto scene = [&](const std::string& flags) {
         const Ran ran = run("relit scene map.png " + flags + " | tr -d ' \\n'");
@@ -141,6 +141,36 @@ TEST_F(CliRender, SetBeatsFlagsBeatSceneBeatsPreset) {
     EXPECT_TRUE(has(set, R"("position":[1,1,1])"));
     EXPECT_TRUE(has(set, R"("relief":0.4)"));
     EXPECT_TRUE(has(set, R"("occlude":true)"));
+}
+
+TEST_F(CliRender, RefusesAPresetBesideThatOfTheSceneFile) {
+    write("map.png", small_png());
+    write("wax.json", R"({"preset": "wax", "relief": 0.3})");
+    const std::string words =
+        " names a preset itself, which is stronger; --set preset=gold replaces it";
+    const std::string rest = "relit render map.png -o a.png --preset gold --scene ";
+    expect_refusal(rest + "wax.json", 2, "--preset: wax.json" + words);
+    expect_refusal(rest + "- < wax.json", 2, "--preset: stdin" + words);
+    write("gold.json", R"({"preset": "gold", "relief": 0.3})");
+    const std::string gold = run("relit scene map.png --scene gold.json --etag").out;
+    EXPECT_EQ(run("relit scene map.png --scene wax.json --set preset=gold --etag").out, gold);
+    EXPECT_NE(run("relit scene map.png --scene wax.json --etag").out, gold);
+    EXPECT_NE(gold, "");
+}
+
+TEST_F(CliRender, OverwritesNoInput) {
+    const std::string scene = R"({"relief": 0.3})";
+    write("map.png", small_png());
+    write("same.png", small_png());
+    write("s", scene);
+    const std::string words = " is an input too; give the picture another name";
+    expect_refusal("relit render map.png -o ./map.png", 2, "./map.png:" + words);
+    expect_refusal("relit render map.png --scene s -o s", 2, "s:" + words);
+    expect_refusal("relit render map.png --alpha same.png -o same.png", 2, "same.png:" + words);
+    expect_refusal("ln map.png hard; relit render map.png -o hard", 2, "hard:" + words);
+    EXPECT_EQ(read("s"), scene);
+    EXPECT_EQ(read("same.png"), small_png());
+    EXPECT_EQ(read("map.png"), small_png());
 }
 
 TEST_F(CliRender, FindsTheImagesOfASceneFileWhereverTheyAre) {
@@ -197,8 +227,6 @@ TEST_F(CliRender, RefusesWhatItCannotReadOrWriteAndLeavesNothingBehind) {
                    "nowhere/a.png: cannot write it: no such file or directory");
     expect_refusal("relit render map.png -o /dev/full", 3,
                    "/dev/full: cannot write it: no space left on device");
-    expect_refusal("relit render map.png -o ./map.png", 2,
-                   "./map.png: is an input too; give the picture another name");
     expect_refusal("relit render sample:nobody -o a.png", 1,
                    "sample:nobody: there is no such sample; there are plato, head, fish, "
                    "st-helens, venice-sunset, rainbow");
@@ -239,6 +267,21 @@ TEST_F(CliRender, SaysWhatOfTheCommandLineItDoesNotUnderstand) {
     expect_refusal("relit render - -o - --alpha -", 2, "stdin (-) can be one input only");
     expect_refusal("relit render map.png -o a.png --server ftp://host", 2,
                    "--server: 'ftp://host' is not http://host:port or https://host");
+}
+
+TEST_F(CliRender, RefusesEmptyValuesNamingTheirFlag) {
+    write("map.png", small_png());
+    const std::string rest = ": is empty; see relit render --help";
+    for (const std::string flag :
+         {"--preset", "--scene", "--light", "--sun", "--env", "--alpha", "--albedo", "--size",
+          "--format", "--set", "--threads", "--server"})
+        expect_refusal("relit render map.png -o a.png " + flag + " ''", 2, flag + rest);
+    expect_refusal("relit render map.png -o ''", 2, "--output" + rest);
+    expect_refusal("relit render --albedo= map.png -o a.png", 2, "--albedo" + rest);
+    expect_refusal("relit render '' -o a.png", 2, "relief" + rest);
+    expect_refusal("relit info map.png ''", 2, "files: is empty; see relit info --help");
+    expect_refusal("relit samples ''", 2, "sample: is empty; see relit samples --help");
+    EXPECT_EQ(names(), std::vector<std::string>{"map.png"});
 }
 
 TEST_F(CliRender, WritesToPipesAndDevicesDirectlyAndThroughLinks) {

@@ -129,6 +129,17 @@ TEST_F(CliServer, AsksAgainWhenItIsToldToAndSaysSo) {
     EXPECT_EQ(refused.err, "relit: too many\n");
 }
 
+TEST_F(CliServer, AsksAgainWhileTheImagesInItsStorageAreInUse) {
+    const std::string full =
+        http_reply("507 Insufficient Storage", problem("storage-full", "There is no room left."));
+    const ScriptedServer server({http_reply("404 Not Found"), full, http_reply("201 Created", "{}"),
+                                 picture_reply("a picture")});
+    const Ran ran = render(server.url());
+    EXPECT_EQ(ran.status, 0);
+    EXPECT_EQ(ran.err, "relit: there is no room left; trying again in 1 s (1 of 8)\n");
+    EXPECT_EQ(read("a.png"), "a picture");
+}
+
 TEST_F(CliServer, SendsAnImageAgainThatTheServerForgot) {
     const std::string gone =
         http_reply("404 Not Found", problem("not-found", "Upload it.", "/height/image"));
@@ -152,8 +163,25 @@ TEST_F(CliServer, SaysWhenThereIsNoneOrAnother) {
                                 http_reply("200 OK", "<html>", "Content-Type: text/html"),
                                 http_reply("200 OK"), http_reply("500 Oops", "<html>")});
     EXPECT_EQ(render(other.url()).err,
-              "relit: the server answers 'text/html', as no Relit server does\n");
-    EXPECT_EQ(render(other.url()).err, "relit: the server answers 500, as no Relit server does\n");
+              "relit: " + other.url() + " answers 'text/html', as no Relit server does\n");
+    EXPECT_EQ(render(other.url()).err,
+              "relit: " + other.url() + " answers 500, as no Relit server does\n");
+}
+
+TEST_F(CliServer, BlamesTheUrlForAPathThatIsNotThere) {
+    const RelitProcess relitd;
+    const std::string url = "http://127.0.0.1:" + std::to_string(relitd.port()) + "/foo";
+    const std::string words = " is no Relit server: it answers ";
+    const std::string id(64, 'a');
+    std::ofstream(folder.path() / "stored.json") << R"({"height": {"image": ")" << id << R"("}})";
+    for (const std::string inputs : {"map.png", "--scene stored.json"}) {
+        const Ran ran =
+            shell("relit render -o a.png " + inputs + " --server " + url, folder.path());
+        EXPECT_EQ(ran.status, 1);
+        EXPECT_EQ(ran.err, "relit: " + url + words + "404\n");
+    }
+    const ScriptedServer files({http_reply("405 Method Not Allowed")});
+    EXPECT_EQ(render(files.url()).err, "relit: " + files.url() + words + "405\n");
 }
 
 }  // namespace
