@@ -7,52 +7,17 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <map>
 
 #include "core/base/angle.h"
 #include "core/render/render.h"
 #include "tests/bench/baselines.h"
-#include "tests/support/maps.h"
+#include "tests/bench/terrain.h"
 
 namespace relit::bench {
 namespace {
 
 constexpr double relief = 0.1;
 constexpr double depth = 0.004;
-
-// Value noise of halving wavelength and amplitude: a terrain that is as rough at every scale.
-HeightField make_terrain(int size) {
-    const auto lattice = [](int octave, int x, int y) {
-        return test::Random(std::uint64_t(octave) << 40 | std::uint64_t(x) << 20 |
-                            std::uint64_t(y))();
-    };
-    const auto smooth = [](double t) { return t * t * (3 - 2 * t); };
-    HeightField field = test::field_of(size, size, [&](int i, int j) {
-        double sum = 0, amplitude = 0.5;
-        for (int octave = 0, cells = 3; octave < 8; ++octave, cells *= 2, amplitude *= 0.5) {
-            const double x = (i + 0.5) / size * cells, y = (j + 0.5) / size * cells;
-            const int cx = int(x), cy = int(y);
-            const double a = smooth(x - cx), b = smooth(y - cy);
-            const double above = std::lerp(lattice(octave, cx, cy), lattice(octave, cx + 1, cy), a);
-            const double below =
-                std::lerp(lattice(octave, cx, cy + 1), lattice(octave, cx + 1, cy + 1), a);
-            sum += amplitude * std::lerp(above, below, b);
-        }
-        return sum;
-    });
-    const auto [lo, hi] =
-        std::minmax_element(field.heights.values.begin(), field.heights.values.end());
-    const float low = *lo, span = *hi - *lo;
-    for (float& h : field.heights.values) h = (h - low) / span;
-    return field;
-}
-
-const HeightField& terrain(int size) {
-    static std::map<int, HeightField> made;
-    const auto found = made.find(size);
-    return found != made.end() ? found->second
-                               : made.emplace(size, make_terrain(size)).first->second;
-}
 
 // At the map's left edge, so far up that its centre sees it under `elevation_deg`.
 Vec3 light_at(double elevation_deg) {
