@@ -20,6 +20,8 @@ struct Slopes {
 /// Unit normal normalize(-scale dz/dx, -scale dz/dy, 1).
 /// @param scale  multiplies the slopes: 1 = the true normal, `normalScale` for highlights and the
 ///               normal layer
-[[nodiscard]] Vec3 normal_from(Slopes slopes, double scale = 1);
+[[nodiscard]] inline Vec3 normal_from(Slopes slopes, double scale = 1) {
+    return normalized({-scale * slopes.x, -scale * slopes.y, 1});
+}
 
 }  // namespace relit

@@ -276,7 +276,7 @@ TEST(Render, StopsWhenItIsToldTo) {
 TEST(Render, ReportsProgressThatRisesToOne) {
     std::vector<double> told;
     (void)render(hilly_scene(), {}, {executor(), {}, [&](double share) { told.push_back(share); }});
-    EXPECT_EQ(told.size(), 36u);
+    EXPECT_GT(told.size(), 3u);
     EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
     EXPECT_EQ(told.back(), 1);
 }
