@@ -18,15 +18,8 @@ double slope_between(const HeightField& field, int i, int j, int di, int dj) {
 
 }  // namespace
 
-Slopes slopes_at(const HeightField& field, double relief, int i, int j) {
-    const double scale = relief * field.width();  // a texel is 1/width wide
-    const bool is_inner =
-        i > 0 && j > 0 && i + 1 < field.width() && j + 1 < field.height() && field.alpha.empty();
-    if (is_inner) {
-        const float* h = field.heights.values.data() + std::size_t(j) * field.width() + i;
-        const double below = h[field.width()], above = h[-field.width()];
-        return {scale * ((double(h[1]) - h[-1]) / 2), scale * ((above - below) / 2)};
-    }
+Slopes slopes_at_edge(const HeightField& field, double relief, int i, int j) {
+    const double scale = relief * field.width();
     return {scale * slope_between(field, i, j, 1, 0), scale * slope_between(field, i, j, 0, -1)};
 }
 

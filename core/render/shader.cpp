@@ -29,17 +29,18 @@ Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampli
     }
 }
 
-Vec3 Shader::start(TexelIndex at) const {
-    const Vec3 inward = scene_.material.offset == Offset::normal
-                            ? normal_from(slopes_at(scene_.field, scene_.relief, at.i, at.j))
-                            : Vec3{0, 0, 1};
-    return surface_point(solid_, at.i, at.j) - scene_.material.depth * inward;
-}
+Vec3 Shader::start(TexelIndex at) const { return starts({&at, 1}).front(); }
 
 std::vector<Vec3> Shader::starts(std::span<const TexelIndex> texels) const {
-    std::vector<Vec3> from;
-    from.reserve(texels.size());
-    for (const TexelIndex at : texels) from.push_back(start(at));
+    std::vector<Vec3> from(texels.size());
+    std::vector<Slopes> slopes(texels.size());  // none: offset along the view
+    if (scene_.material.offset == Offset::normal)
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            slopes[k] = slopes_at(scene_.field, scene_.relief, texels[k].i, texels[k].j);
+    for (std::size_t k = 0; k < texels.size(); ++k)
+        from[k] = surface_point(solid_, texels[k].i, texels[k].j);
+    for (std::size_t k = 0; k < texels.size(); ++k)
+        from[k] = from[k] - scene_.material.depth * normal_from(slopes[k]);
     return from;
 }
 

@@ -296,9 +296,14 @@ RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s
     const Ints base = p.whole_column - broadcast(s.left);
     const int rightmost = s.right - s.left;
     const Floats quarter_slide = broadcast(0.25f) * p.slide;
+    // No lane begins or ends here.
+    const bool is_inner =
+        all(~s.relevant |
+            ((p.first_whole <= s.n) & (s.n + broadcast(float(s.steps - 1)) <= p.last_whole)));
     const bool careful = any(s.relevant & (s.n < broadcast(careful_steps)));
 
     Floats excess[near_rows + 1], across[near_rows + 1], columns[near_rows + 1];
+    Ints place[near_rows + 1];
     Mask solid[near_rows + 1], material[near_rows + 1];
     for (int k = 0; k <= s.steps; ++k) {
         const Floats n = s.n + broadcast(float(k));
@@ -306,6 +311,7 @@ RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s
         const Floats column = floor(x);
         const Row row(first + k * pitch);
         const Ints at = row.place(to_ints(column) + base, rightmost);
+        place[k] = at;
         const Floats z0 = row(at), z1 = row(at + broadcast(1));
         columns[k] = column;
         across[k] = z1 - z0;
@@ -317,8 +323,11 @@ RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s
     }
     for (int k = 0; k < s.steps; ++k) {
         const Floats n = s.n + broadcast(float(k));
-        const Mask active = (zero <= n) & (n <= p.last);
-        const Mask is_part = (n < p.first_whole) | (p.last_whole < n);
+        Mask active = s.relevant, is_part = ~all_lanes;
+        if (!is_inner) {
+            active = (zero <= n) & (n <= p.last);
+            is_part = (n < p.first_whole) | (p.last_whole < n);
+        }
         // Within a cell the surface leaves the straight line by a parabola, where a column is
         // crossed by a kink; both reach this far.
         const Floats bulge = quarter_slide * (across[k] - across[k + 1]);
@@ -327,12 +336,11 @@ RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s
         if (careful) {
             // The parabolas on both sides of a kink.
             const Row upper(first + k * pitch), lower(first + (k + 1) * pitch);
-            const auto slope = [&](const Row& row, Floats column) {
-                const Ints at = row.place(to_ints(column) + base, rightmost);
+            const auto slope = [&](const Row& row, Ints at) {
                 return row(at + broadcast(1)) - row(at);
             };
-            const Floats twist = magnitude(slope(lower, columns[k]) - across[k]) +
-                                 magnitude(slope(upper, columns[k + 1]) - across[k + 1]);
+            const Floats twist = magnitude(slope(lower, place[k]) - across[k]) +
+                                 magnitude(slope(upper, place[k + 1]) - across[k + 1]);
             const Mask counts = (n < broadcast(careful_steps)) & ~(columns[k] == columns[k + 1]);
             const Floats more = select(counts, magnitude(quarter_slide) * twist, zero);
             low = low - more;
@@ -361,6 +369,7 @@ RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s
 template <bool masked>
 Floats march_packet(const Packet& p, const Grid& grid, int first_row, int sign, int steps) {
     Floats whole = broadcast(0.0f), parts = whole;
+    bool is_clear = false;  // of the surface, as far as the last rows tell
     for (int done = 0; done < steps;) {
         const int row = first_row + sign * done;
         const int cell_row = sign > 0 ? row : row - 1;
@@ -371,7 +380,7 @@ Floats march_packet(const Packet& p, const Grid& grid, int first_row, int sign, 
             return edge < left_over ? edge : left_over;
         };
         const int far = to_edge(far_rows), near = to_edge(near_rows);
-        if (far > near) {
+        if (is_clear && far > near) {
             const Stretch s = stretch(p, grid, row, done, far);
             const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
             if (passes(p, s, bounds_of(table, s.left, s.right, far_columns), whole)) {
@@ -381,7 +390,8 @@ Floats march_packet(const Packet& p, const Grid& grid, int first_row, int sign, 
         }
         const Stretch s = stretch(p, grid, row, done, near);
         const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
-        if (!passes(p, s, bounds_of(table, s.left, s.right, near_columns), whole)) {
+        is_clear = passes(p, s, bounds_of(table, s.left, s.right, near_columns), whole);
+        if (!is_clear) {
             if (s.right - s.left + 2 <= window_size)
                 march_rows<masked, Window>(p, grid, s, sign, whole, parts);
             else march_rows<masked, Gather>(p, grid, s, sign, whole, parts);
@@ -412,8 +422,8 @@ RELIT_INLINE void sort(const Scenery& s, const double* from, int count, int* ord
         const double shifted = row + buckets / 2;
         const int b = shifted > 0 ? shifted < buckets ? int(shifted) : buckets - 1 : 0;
         bucket[i] = ((by_columns ? 2 : 0) + (backwards ? 1 : 0)) * buckets + b;
-        ++place[bucket[i] + 1];
     }
+    for (int i = 0; i < count; ++i) ++place[bucket[i] + 1];
     for (int b = 0; b < kinds * buckets; ++b) place[b + 1] += place[b];
     for (int kind = 0; kind <= kinds; ++kind) starts[kind] = place[kind * buckets];
     for (int i = 0; i < count; ++i) order[place[bucket[i]]++] = i;
@@ -428,11 +438,7 @@ RELIT_INLINE void march_lanes(const Scenery& scenery, int kind, const double* fr
     const bool backwards = kind == rows_up || kind == columns_up;
     Rays rays[batches];
     for (int b = 0; b < batches; ++b) {
-        const auto coordinate = [&](int c) {
-            Doubles values = {};
-            for (int k = 0; k < batch; ++k) values[k] = from[3 * order[b * batch + k] + c];
-            return values;
-        };
+        const auto coordinate = [&](int c) { return gather(from + c, order + b * batch); };
         rays[b] =
             prepared(scenery, by_columns, backwards, coordinate(0), coordinate(1), coordinate(2));
     }
@@ -467,25 +473,27 @@ RELIT_INLINE void march_lanes(const Scenery& scenery, int kind, const double* fr
         inside = march_packet<masked>(p, by_columns ? scenery.by_columns : scenery.by_rows,
                                       sign * int(first_row), sign, steps);
     }
-    alignas(64) float steps_inside[lanes];
-    store(steps_inside, inside);
-    for (int k = 0; k < lanes; ++k) {
-        const Rays& its = rays[k / batch];
-        r[order[k]] =
-            its.elsewhere[k % batch] + its.step_length[k % batch] * double(steps_inside[k]);
-    }
+    alignas(64) double found[lanes];
+    for (int b = 0; b < batches; ++b)
+        store(found + b * batch, rays[b].elsewhere + rays[b].step_length * to_doubles(inside, b));
+    for (int k = 0; k < lanes; ++k) r[order[k]] = found[k];
 }
 
 template <bool masked>
 RELIT_INLINE void march_all(const Scenery& scenery, const double* from, int count, double* r) {
-    int order[max_rays + lanes], starts[kinds + 1];
+    int order[max_rays], starts[kinds + 1];
     sort(scenery, from, count, order, starts);
     for (int kind = 0; kind < kinds; ++kind)
         for (int k = starts[kind]; k < starts[kind + 1]; k += lanes) {
             // The last packet is filled up with its last ray.
-            int some[lanes];
-            for (int lane = 0; lane < lanes; ++lane)
-                some[lane] = order[k + lane < starts[kind + 1] ? k + lane : starts[kind + 1] - 1];
+            int filled[lanes];
+            const int* some = order + k;
+            const int left_over = starts[kind + 1] - k;
+            if (left_over < lanes) {
+                for (int lane = 0; lane < lanes; ++lane)
+                    filled[lane] = some[lane < left_over ? lane : left_over - 1];
+                some = filled;
+            }
             march_lanes<masked>(scenery, kind, from, some, r);
         }
 }

@@ -18,6 +18,7 @@ RELIT_INLINE Mask operator&(Mask a, Mask b) { return {__mmask16(a.bits & b.bits)
 RELIT_INLINE Mask operator|(Mask a, Mask b) { return {__mmask16(a.bits | b.bits)}; }
 RELIT_INLINE Mask operator^(Mask a, Mask b) { return {__mmask16(a.bits ^ b.bits)}; }
 RELIT_INLINE Mask operator~(Mask a) { return {__mmask16(~a.bits)}; }
+constexpr Mask all_lanes = {0xffff};
 RELIT_INLINE bool any(Mask a) { return a.bits != 0; }
 RELIT_INLINE bool all(Mask a) { return a.bits == 0xffff; }
 
@@ -72,6 +73,16 @@ RELIT_INLINE Floats to_floats(const Doubles (&halves)[2]) {
     const __m256 left = _mm512_cvtpd_ps((__m512d)halves[0]);
     const __m256 right = _mm512_cvtpd_ps((__m512d)halves[1]);
     return {_mm512_insertf32x8(_mm512_castps256_ps512(left), right, 1)};
+}
+RELIT_INLINE Doubles to_doubles(Floats a, int half) {
+    const __m256 part = half == 0 ? _mm512_castps512_ps256(a.v) : _mm512_extractf32x8_ps(a.v, 1);
+    return (Doubles)_mm512_cvtps_pd(part);
+}
+RELIT_INLINE void store(double* p, Doubles a) { _mm512_storeu_pd(p, (__m512d)a); }
+RELIT_INLINE Doubles gather(const double* from, const int* index) {
+    const __m256i i = _mm256_loadu_si256((const __m256i*)index);
+    const __m256i thrice = _mm256_add_epi32(i, _mm256_add_epi32(i, i));
+    return (Doubles)_mm512_i32gather_pd(thrice, from, 8);
 }
 RELIT_INLINE Doubles square_root(Doubles a) { return (Doubles)_mm512_sqrt_pd((__m512d)a); }
 RELIT_INLINE Doubles floor(Doubles a) {

@@ -30,6 +30,7 @@ RELIT_INLINE Mask operator&(Mask a, Mask b) { return {a.v & b.v}; }
 RELIT_INLINE Mask operator|(Mask a, Mask b) { return {a.v | b.v}; }
 RELIT_INLINE Mask operator^(Mask a, Mask b) { return {a.v ^ b.v}; }
 RELIT_INLINE Mask operator~(Mask a) { return {~a.v}; }
+const Mask all_lanes = {IntVector{} - 1};
 RELIT_INLINE bool any(Mask a) {
 #ifdef __AVX2__
     return !_mm256_testz_si256((__m256i)a.v, (__m256i)a.v);
@@ -95,6 +96,21 @@ RELIT_INLINE Floats to_floats(const Doubles (&halves)[2]) {
     return {FloatVector{float(halves[0][0]), float(halves[0][1]), float(halves[1][0]),
                         float(halves[1][1])}};
 #endif
+}
+// Its first (0) or second half.
+RELIT_INLINE Doubles to_doubles(Floats a, int half) {
+    Doubles d = {};
+    for (int k = 0; k < lanes / 2; ++k) d[k] = a.v[half * lanes / 2 + k];
+    return d;
+}
+RELIT_INLINE void store(double* p, Doubles a) {
+    for (int k = 0; k < lanes / 2; ++k) p[k] = a[k];
+}
+// Every third number: from[3 * index].
+RELIT_INLINE Doubles gather(const double* from, const int* index) {
+    Doubles d = {};
+    for (int k = 0; k < lanes / 2; ++k) d[k] = from[3 * index[k]];
+    return d;
 }
 RELIT_INLINE Doubles square_root(Doubles a) {
 #ifdef __AVX2__
