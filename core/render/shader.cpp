@@ -1,5 +1,7 @@
 #include "core/render/shader.h"
 
+#include <algorithm>
+
 #include "core/field/normals.h"
 #include "core/shade/factors.h"
 #include "core/visibility/sample_count.h"
@@ -20,6 +22,8 @@ Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampli
       base_(shading_colour(scene.material.base_colour, transfer)),
       diffuse_(shading_colour(scene.material.diffuse_colour, transfer)),
       specular_(shading_colour(scene.material.specular_colour, transfer)) {
+    for (int i = 0; i < solid_.width; ++i) column_x_.push_back(surface_point(solid_, i, 0).x);
+    for (int j = 0; j < solid_.height; ++j) row_y_.push_back(surface_point(solid_, 0, j).y);
     assert(!scene.lights.empty());
     for (const Light& light : scene.lights) {
         const std::vector<LightSample> of_light =
@@ -32,13 +36,20 @@ Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampli
 Vec3 Shader::start(TexelIndex at) const { return starts({&at, 1}).front(); }
 
 std::vector<Vec3> Shader::starts(std::span<const TexelIndex> texels) const {
+    // A tile's rows lie far apart in memory: ask for all of them before waiting for the first.
+    for (std::size_t k = 0; k < texels.size(); k += 16) {
+        const int below = std::min(texels[k].j + 1, solid_.height - 1);
+        __builtin_prefetch(&scene_.field.heights.row(below)[texels[k].i]);
+        __builtin_prefetch(&solid_.z.row(texels[k].j + 1)[texels[k].i + 1]);
+    }
     std::vector<Vec3> from(texels.size());
     std::vector<Slopes> slopes(texels.size());  // none: offset along the view
     if (scene_.material.offset == Offset::normal)
         for (std::size_t k = 0; k < texels.size(); ++k)
             slopes[k] = slopes_at(scene_.field, scene_.relief, texels[k].i, texels[k].j);
     for (std::size_t k = 0; k < texels.size(); ++k)
-        from[k] = surface_point(solid_, texels[k].i, texels[k].j);
+        from[k] = {column_x_[texels[k].i], row_y_[texels[k].j],
+                   solid_.z.at(texels[k].i + 1, texels[k].j + 1)};
     for (std::size_t k = 0; k < texels.size(); ++k)
         from[k] = from[k] - scene_.material.depth * normal_from(slopes[k]);
     return from;

@@ -50,9 +50,10 @@ private:
 
     const Scene& scene_;
     Solid solid_;
-    PacketSolid packets_;               // of solid_
-    std::vector<LightSample> samples_;  // of all lights, in the scene's order
-    std::size_t first_light_samples_;   // how many of them are the first light's
+    PacketSolid packets_;                   // of solid_
+    std::vector<double> column_x_, row_y_;  // scene units of texel centres
+    std::vector<LightSample> samples_;      // of all lights, in the scene's order
+    std::size_t first_light_samples_;       // how many of them are the first light's
     Rgb base_, diffuse_, specular_;
 };
 

@@ -74,16 +74,15 @@ struct PacketSolid::Copy {
     void fill_heights(const Solid& solid, bool exchanged, const Executor& executor) {
         constexpr int band = 16;  // rows at a time, in squares: columns are read in runs
         const int points_down = grid.rows + 1, points_across = grid.columns + 1;
-        const std::size_t step_u = exchanged ? solid.z.width : 1;
-        const std::size_t step_v = exchanged ? 1 : solid.z.width;
         const float* from = solid.z.values.data();
         parallel_rows(executor, (points_down + band - 1) / band, {}, [&](RowRange bands) {
             const int first = bands.begin * band, last = std::min(bands.end * band, points_down);
-            for (int u0 = 0; u0 < points_across; u0 += band)
+            for (int u0 = 0; exchanged && u0 < points_across; u0 += band)
                 for (int v = first; v < last; ++v)
                     for (int u = u0; u < std::min(u0 + band, points_across); ++u)
-                        row(v)[u] = from[u * step_u + v * step_v];
+                        row(v)[u] = from[std::size_t(u) * solid.z.width + v];
             for (int v = first; v < last; ++v) {
+                if (!exchanged) std::copy_n(solid.z.row(v).data(), points_across, row(v));
                 if (!solid.cover.empty())
                     for (int u = 0; u < points_across; ++u)
                         row(v)[u] = marked(row(v)[u], exchanged ? is_material(solid, v, u)

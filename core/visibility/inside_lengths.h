@@ -34,8 +34,8 @@ public:
 
     /// r of every ray as inside_length() defines it, into `r`.
     ///
-    /// Within 0.0001 texel widths where a ray is near its start; farther on a way that dips through
-    /// the surface and back between two rows of the grid may be missed. A ray's r is the same to
+    /// As exact as floats are (d within 1e-5), but for ways in and out between two rows of the grid
+    /// far from the start, of which a few are missed on rough maps. A ray's r is the same to
     /// the last bit whatever other rays are asked for, in any order, with any Simd. Fastest for
     /// rays that start in a tile of 16 x 16 texels. Allocates nothing; safe from any thread.
     /// @pre from.size() == r.size()

@@ -173,12 +173,12 @@ RELIT_INLINE Floats positive_part(Floats a, Floats b, Floats c, Floats begin, Fl
     return select(zero < discriminant, crossed, uncrossed);
 }
 
-// Step n of every lane, solved for exactly: the part of it that lies inside, in steps. Lanes for
-// which n is no step of theirs give any number.
+// Step n of every lane, solved for exactly: the part of it that lies inside, in steps. Lanes that
+// are not wanted give any number.
 // @param upper, lower  the rows where the step begins and ends; places in them count from `base`
 template <bool masked, class Row>
-RELIT_INLINE Floats part_inside(const Packet& p, Floats n, Row upper, Row lower, Ints base,
-                                int rightmost) {
+RELIT_INLINE Floats part_inside(const Packet& p, Floats n, Mask wanted, Row upper, Row lower,
+                                Ints base, int rightmost) {
     const Floats zero = broadcast(0.0f), one = broadcast(1.0f), half = broadcast(0.5f);
     // t is counted from where the way begins in the step.
     const Floats origin = select(n == zero, p.begin, zero);
@@ -214,7 +214,7 @@ RELIT_INLINE Floats part_inside(const Packet& p, Floats n, Row upper, Row lower,
     const Floats line = crossing(x, x_end, zero);
     if constexpr (!masked) {
         const Floats first = piece(zero, line);
-        return any(line < end) ? first + piece(line, end) : first;
+        return any(wanted & (line < end)) ? first + piece(line, end) : first;
     }
     const Floats between_columns = crossing(x, x_end, half);
     const Floats between_rows = min(max(half - origin, zero), end);
@@ -359,8 +359,9 @@ RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s
         unclear = unclear & active;
         if (any(unclear)) {
             const Row upper(first + k * pitch), lower(first + (k + 1) * pitch);
-            parts = select(unclear,
-                           parts + part_inside<masked>(p, n, upper, lower, base, rightmost), parts);
+            parts = select(
+                unclear, parts + part_inside<masked>(p, n, unclear, upper, lower, base, rightmost),
+                parts);
         }
     }
 }

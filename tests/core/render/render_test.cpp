@@ -57,6 +57,16 @@ TEST(Render, GivesTheSameNumbersForAnyNumberOfThreads) {
         EXPECT_EQ(render(scene, {}, {Executor(threads)}).pixels.values, expected.values);
 }
 
+TEST(Render, GivesTheSameNumbersOnEveryInstructionSet) {
+    Scene scene = hilly_scene(75, 52);
+    mask_disc(scene.field);
+    const Image expected = rendered(scene);
+    for (const Simd simd : available_simd())
+        EXPECT_EQ(render(scene, {}, {.executor = executor(), .simd = simd}).pixels.values,
+                  expected.values)
+            << name_of(simd);
+}
+
 TEST(Render, OfARegionIsThatPartOfTheWholePicture) {
     const Scene scene = hilly_scene();
     const Rect region{5, 7, 20, 11};
