@@ -7,7 +7,7 @@
 #include "core/base/parallel.h"
 #include "core/render/output.h"
 #include "core/render/scene.h"
-#include "core/visibility/simd.h"
+#include "core/base/simd.h"
 
 namespace relit {
 

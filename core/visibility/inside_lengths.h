@@ -9,7 +9,7 @@
 #include "core/field/solid.h"
 #include "core/visibility/kernels/march.h"
 #include "core/visibility/ray.h"
-#include "core/visibility/simd.h"
+#include "core/base/simd.h"
 
 namespace relit {
 

@@ -150,7 +150,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
     Picture picture;
     Reply reply;
     in_time(request, slot.stop_token(), [&](const std::stop_token& stop) {
-        picture = render(scene, output, {services.executor, stop});
+        picture = render(scene, output, {services.executor, stop, {}, services.simd});
         stages.done(RenderStage::render);
         reply.body = encode(picture.pixels, encode_options(job.scene.output, job.scene_text),
                             {services.executor, stop});

@@ -1,4 +1,4 @@
-#include "core/visibility/simd.h"
+#include "core/base/simd.h"
 
 namespace relit {
 namespace {
