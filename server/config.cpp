@@ -66,6 +66,20 @@ void read_origins(const std::string& text, CorsPolicy& policy) {
     }
 }
 
+std::string simd_names() {
+    std::string list;
+    for (const Simd simd : available_simd())
+        list.append(list.empty() ? "" : ", ").append(name_of(simd));
+    return list;
+}
+
+Simd simd_of(const std::string& name) {
+    for (const Simd simd : available_simd())
+        if (name_of(simd) == name) return simd;
+    throw CLI::ValidationError(
+        "--simd", "'" + name + "' is none of what this processor has: " + simd_names());
+}
+
 void add_settings(CLI::App& app, Config& config) {
     Limits& limits = config.limits;
     const auto count = CLI::Range(1, 1'000'000);
@@ -76,6 +90,11 @@ void add_settings(CLI::App& app, Config& config) {
     setting(app, "--data-dir", config.data_dir, "Folder of the stored images, made if missing");
     setting(app, "--threads", config.threads, "Threads that render; 0: one per processor")
         ->check(CLI::Range(0, 1024));
+    app.add_option_function<std::string>(
+           "--simd", [&config](const std::string& name) { config.simd = simd_of(name); },
+           "Instructions to render with: " + simd_names() + "; pictures are the same with any")
+        ->envname(variable_of("--simd"))
+        ->default_str(std::string(name_of(config.simd)));
     setting(app, "--log-level", config.log_level, "How much to log")
         ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
 

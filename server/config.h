@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/simd.h"
 #include "server/http/cors.h"
 #include "server/limits.h"
 
@@ -19,6 +20,7 @@ struct Config {
     int port = 8080;  ///< 0: any free one
     std::filesystem::path data_dir;
     int threads = 0;  ///< 0: one per processor
+    Simd simd = best_simd();
     std::string log_level = "info";
     CorsPolicy cors;
     Limits limits;

@@ -145,8 +145,8 @@ int run(const Config& config, int signals) {
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
     SharedCache decoded(limits.max_cache_bytes);
     Metrics metrics;
-    Services services{images,  renders, decodes,     executor,       decoded,
-                      metrics, limits,  config.cors, config.data_dir};
+    Services services{images,  renders, decodes,     executor,        decoded,
+                      metrics, limits,  config.cors, config.data_dir, config.simd};
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);

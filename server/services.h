@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "core/base/parallel.h"
+#include "core/base/simd.h"
 #include "server/http/cors.h"
 #include "server/jobs/render_slots.h"
 #include "server/limits.h"
@@ -24,6 +25,7 @@ struct Services {
     Limits limits;
     CorsPolicy cors;                    ///< which pages of other origins may read replies
     std::filesystem::path data_dir;     ///< has to be writable for /readyz
+    Simd simd = best_simd();            ///< what renders run on; pictures are the same with any
     std::atomic<bool> draining{false};  ///< set once, when the server takes no more work
     std::atomic<bool> stopping{false};  ///< set once, when it takes no more connections
 };

@@ -49,7 +49,7 @@ std::string render_here(const SceneJob& job, int threads, Progress& progress) {
         render(scene, server::picture_output(job.scene.output),
                {.executor = executor, .progress = [&](double share) { progress.reach(share); }});
     progress.begin("encoding");
-    return encode(picture.pixels, server::encode_options(job.scene.output, job.text));
+    return encode(picture.pixels, server::encode_options(job.scene.output, job.text), {executor});
 }
 
 }  // namespace

@@ -1,7 +1,13 @@
-// Rectangles of texels.
+// Texels and rectangles of them.
 #pragma once
 
 namespace relit {
+
+/// Column and row, row 0 at the top.
+struct TexelIndex {
+    int i = 0;
+    int j = 0;
+};
 
 /// Texels x <= i < x + width, y <= j < y + height; row 0 at the top.
 struct Rect {

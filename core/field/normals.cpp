@@ -18,13 +18,9 @@ double slope_between(const HeightField& field, int i, int j, int di, int dj) {
 
 }  // namespace
 
-Slopes slopes_at(const HeightField& field, double relief, int i, int j) {
-    const double scale = relief * field.width();  // a texel is 1/width wide
+Slopes slopes_at_edge(const HeightField& field, double relief, int i, int j) {
+    const double scale = relief * field.width();
     return {scale * slope_between(field, i, j, 1, 0), scale * slope_between(field, i, j, 0, -1)};
-}
-
-Vec3 normal_from(Slopes slopes, double scale) {
-    return normalized({-scale * slopes.x, -scale * slopes.y, 1});
 }
 
 }  // namespace relit

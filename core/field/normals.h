@@ -13,13 +13,26 @@ struct Slopes {
     double y = 0;
 };
 
+/// As slopes_at(), beside borders and masks as well.
+[[nodiscard]] Slopes slopes_at_edge(const HeightField& field, double relief, int i, int j);
+
 /// Central differences over two texels; one-sided at the border and beside masked texels, 0 where
 /// neither neighbour counts.
-[[nodiscard]] Slopes slopes_at(const HeightField& field, double relief, int i, int j);
+[[nodiscard]] inline Slopes slopes_at(const HeightField& field, double relief, int i, int j) {
+    const int width = field.width();
+    if (i == 0 || j == 0 || i + 1 == width || j + 1 == field.height() || !field.alpha.empty())
+        return slopes_at_edge(field, relief, i, j);
+    const double scale = relief * width;  // a texel is 1/width wide
+    const float* h = field.heights.values.data() + std::size_t(j) * width + i;
+    const double above = h[-width], below = h[width];
+    return {scale * ((double(h[1]) - h[-1]) / 2), scale * ((above - below) / 2)};
+}
 
 /// Unit normal normalize(-scale dz/dx, -scale dz/dy, 1).
 /// @param scale  multiplies the slopes: 1 = the true normal, `normalScale` for highlights and the
 ///               normal layer
-[[nodiscard]] Vec3 normal_from(Slopes slopes, double scale = 1);
+[[nodiscard]] inline Vec3 normal_from(Slopes slopes, double scale = 1) {
+    return normalized({-scale * slopes.x, -scale * slopes.y, 1});
+}
 
 }  // namespace relit

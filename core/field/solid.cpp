@@ -9,39 +9,64 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
+// Row of the map that is repeated at row v of the grid.
+int map_row(int v, int height) { return std::clamp(v - 1, 0, height - 1); }
+
 Image bordered_z(const Image& heights, double relief) {
     Image z(heights.width + 2, heights.height + 2, 1);
-    for (int v = 0; v < z.height; ++v)
-        for (int u = 0; u < z.width; ++u) {
-            const int i = std::clamp(u - 1, 0, heights.width - 1);
-            const int j = std::clamp(v - 1, 0, heights.height - 1);
-            z.at(u, v) = float(relief * heights.at(i, j));
-        }
+    for (int v = 0; v < z.height; ++v) {
+        const std::span<const float> from = heights.row(map_row(v, heights.height));
+        const std::span<float> to = z.row(v);
+        for (int i = 0; i < heights.width; ++i) to[i + 1] = float(relief * from[i]);
+        to.front() = to[1];
+        to.back() = to[heights.width];
+    }
     return z;
 }
 
 std::vector<std::uint8_t> cell_cover(const HeightField& field) {
     if (field.alpha.empty()) return {};
-    const auto solid = [&](int u, int v) {
-        return field.is_solid(std::clamp(u - 1, 0, field.width() - 1),
-                              std::clamp(v - 1, 0, field.height() - 1));
+    const int width = field.width(), height = field.height();
+    const auto fill_row = [&](int v, std::vector<std::uint8_t>& solid) {
+        for (int i = 0; i < width; ++i) solid[i + 1] = field.is_solid(i, map_row(v, height));
+        solid.front() = solid[1];
+        solid.back() = solid[width];
     };
-    std::vector<std::uint8_t> cover;
-    cover.reserve(std::size_t(field.width() + 1) * (field.height() + 1));
-    for (int v = 0; v <= field.height(); ++v)
-        for (int u = 0; u <= field.width(); ++u)
-            cover.push_back(std::uint8_t(solid(u, v) | solid(u + 1, v) << 1 | solid(u, v + 1) << 2 |
-                                         solid(u + 1, v + 1) << 3));
+    std::vector<std::uint8_t> upper(width + 2), lower(width + 2);
+    std::vector<std::uint8_t> cover(std::size_t(width + 1) * (height + 1));
+    fill_row(0, upper);
+    for (int v = 0; v <= height; ++v) {
+        fill_row(v + 1, lower);
+        std::uint8_t* cells = &cover[std::size_t(v) * (width + 1)];
+        for (int u = 0; u <= width; ++u)
+            cells[u] =
+                std::uint8_t(upper[u] | upper[u + 1] << 1 | lower[u] << 2 | lower[u + 1] << 3);
+        upper.swap(lower);
+    }
     return cover;
 }
 
-// Top and bottom of the cells i0 <= i < i1, j0 <= j < j1.
-Block block_of(const Solid& solid, int i0, int i1, int j0, int j1) {
+// Lowest and highest grid point of each column between two rows, both counted.
+struct ColumnRange {
+    std::vector<float> low, high;
+
+    ColumnRange(const Image& z, int first, int last) {
+        low.assign(z.row(first).begin(), z.row(first).end());
+        high = low;
+        for (int v = first + 1; v <= last; ++v) {
+            const float* row = z.row(v).data();
+            for (int u = 0; u < z.width; ++u) low[u] = row[u] < low[u] ? row[u] : low[u];
+            for (int u = 0; u < z.width; ++u) high[u] = row[u] > high[u] ? row[u] : high[u];
+        }
+    }
+};
+
+// Top and bottom of the cells i0 <= i < i1, j0 <= j < j1 under a mask.
+Block masked_block(const Solid& solid, int i0, int i1, int j0, int j1) {
     Block block{-infinity, infinity};
     for (int j = j0; j < j1; ++j)
         for (int i = i0; i < i1; ++i) {
-            const unsigned cover =
-                solid.cover.empty() ? 15u : solid.cover[std::size_t(j) * (solid.width + 1) + i];
+            const unsigned cover = solid.cover[std::size_t(j) * (solid.width + 1) + i];
             const float* upper = &solid.z.row(j)[i];
             const float* lower = &solid.z.row(j + 1)[i];
             const auto [lo, hi] = std::minmax({upper[0], upper[1], lower[0], lower[1]});
@@ -55,10 +80,21 @@ void fill_blocks(Solid& solid) {
     constexpr int size = Solid::block_size;
     const int cells_across = solid.width + 1, cells_down = solid.height + 1;
     solid.blocks_across = (cells_across + size - 1) / size;
-    for (int j = 0; j < cells_down; j += size)
-        for (int i = 0; i < cells_across; i += size)
-            solid.blocks.push_back(block_of(solid, i, std::min(i + size, cells_across), j,
-                                            std::min(j + size, cells_down)));
+    for (int j = 0; j < cells_down; j += size) {
+        const int j1 = std::min(j + size, cells_down);
+        const ColumnRange range(solid.z, j, j1);
+        for (int i = 0; i < cells_across; i += size) {
+            const int i1 = std::min(i + size, cells_across);
+            const float* low = &range.low[i];
+            const float* high = &range.high[i];
+            solid.blocks.push_back(solid.cover.empty()
+                                       ? Block{*std::max_element(high, high + (i1 - i) + 1),
+                                               *std::min_element(low, low + (i1 - i) + 1)}
+                                       : masked_block(solid, i, i1, j, j1));
+        }
+        solid.top_z =
+            std::max<double>(solid.top_z, *std::max_element(range.high.begin(), range.high.end()));
+    }
 }
 
 }  // namespace
@@ -68,12 +104,12 @@ Solid make_solid(const HeightField& field, double relief, Base base, double dept
     solid.width = field.width();
     solid.height = field.height();
     solid.z = bordered_z(field.heights, relief);
+    solid.top_z = solid.z.values.front();
     solid.cover = cell_cover(field);
     fill_blocks(solid);
     solid.endless_ground = base.kind == Base::Kind::none;
     if (base.kind == Base::Kind::automatic) solid.floor_z = -depth;
     if (base.kind == Base::Kind::level) solid.floor_z = base.level;
-    solid.top_z = *std::max_element(solid.z.values.begin(), solid.z.values.end());
     return solid;
 }
 
@@ -100,11 +136,6 @@ bool is_inside(const Solid& solid, Vec3 p) {
     const int i = std::clamp(int(p.x * solid.width), 0, solid.width - 1);
     const int j = std::clamp(int(solid.height - p.y * solid.width), 0, solid.height - 1);
     return solid.cover[std::size_t(j + 1) * (solid.width + 1) + (i + 1)] & 1;
-}
-
-Vec3 surface_point(const Solid& solid, int i, int j) {
-    return {(i + 0.5) / solid.width, (solid.height - 0.5 - j) / solid.width,
-            solid.z.at(i + 1, j + 1)};
 }
 
 }  // namespace relit

@@ -72,6 +72,9 @@ struct Solid {
 [[nodiscard]] bool is_inside(const Solid& solid, Vec3 p);
 
 /// Centre of texel (i, j) on the surface.
-[[nodiscard]] Vec3 surface_point(const Solid& solid, int i, int j);
+[[nodiscard]] inline Vec3 surface_point(const Solid& solid, int i, int j) {
+    return {(i + 0.5) / solid.width, (solid.height - 0.5 - j) / solid.width,
+            solid.z.at(i + 1, j + 1)};
+}
 
 }  // namespace relit

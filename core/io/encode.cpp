@@ -9,6 +9,7 @@
 #include <webp/encode.h>
 
 #include "core/base/error.h"
+#include "core/io/jpeg_writer.h"
 #include "core/io/oiio.h"
 #include "core/io/png_writer.h"
 #include "core/io/quantise.h"
@@ -25,7 +26,11 @@ void check_side(const Image& picture, PictureFormat picture_format, const char* 
                         std::to_string(picture.height));
 }
 
-// --- JPEG and OpenEXR, by OpenImageIO ------------------------------------------------------------
+[[noreturn]] void throw_cancelled() {
+    throw Error(error_code::cancelled, "writing the picture was cancelled");
+}
+
+// --- OpenEXR, by OpenImageIO ---------------------------------------------------------------------
 
 std::string write_with_openimageio(const char* plugin, OIIO::ImageSpec& spec, OIIO::TypeDesc type,
                                    const void* values) {
@@ -42,17 +47,6 @@ std::string write_with_openimageio(const char* plugin, OIIO::ImageSpec& spec, OI
         throw std::runtime_error(std::string("the ") + plugin +
                                  " encoder failed: " + output->geterror());
     return std::string(bytes.begin(), bytes.end());
-}
-
-std::string encode_jpeg(const Image& picture, const EncodeOptions& options) {
-    assert(picture.channels == 1 || picture.channels == 3);
-    check_side(picture, PictureFormat::jpeg, "JPEG");
-    OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, OIIO::TypeDesc::UINT8);
-    spec.attribute("CompressionQuality", options.quality);
-    spec.attribute("jpeg:subsampling", "4:4:4");
-    spec.attribute("jpeg:progressive", 0);
-    return write_with_openimageio("jpeg", spec, OIIO::TypeDesc::UINT8,
-                                  quantised<std::uint8_t>(picture).data());
 }
 
 std::vector<std::string> exr_channels(int channels) {
@@ -99,9 +93,13 @@ int append_to_string(const std::uint8_t* data, std::size_t size, const WebPPictu
     return 0;
 }
 
+int goes_on(int /*percent*/, const WebPPicture* picture) {
+    return !static_cast<const std::stop_token*>(picture->user_data)->stop_requested();
+}
+
 // Grey or colour, with or without alpha -> three or four channels.
-std::vector<std::uint8_t> coloured(const Image& picture) {
-    std::vector<std::uint8_t> samples = quantised<std::uint8_t>(picture);
+std::vector<std::uint8_t> coloured(const Image& picture, const EncodeControl& control) {
+    std::vector<std::uint8_t> samples = quantised(picture, control.executor, control.stop);
     if (picture.channels > 2) return samples;
     std::vector<std::uint8_t> out;
     out.reserve(samples.size() * (picture.channels == 1 ? 3 : 2));
@@ -112,24 +110,30 @@ std::vector<std::uint8_t> coloured(const Image& picture) {
     return out;
 }
 
-std::string encode_webp(const Image& picture, const EncodeOptions& options) {
+std::string encode_webp(const Image& picture, const EncodeOptions& options,
+                        const EncodeControl& control) {
     check_side(picture, PictureFormat::webp, "WebP");
     WebPConfig config;
     if (!WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, float(options.quality)))
         throw std::runtime_error("libwebp is of another version");
     config.method = options.effort == Effort::fast ? 0 : 4;
-    const std::vector<std::uint8_t> samples = coloured(picture);
+    const std::vector<std::uint8_t> samples = coloured(picture, control);
     const bool alpha = picture.channels % 2 == 0;
 
     std::string file;
+    std::stop_token stop = control.stop;
     WebpPicture webp;
     webp.width = picture.width;
     webp.height = picture.height;
+    webp.progress_hook = goes_on;
+    webp.user_data = &stop;
     webp.writer = append_to_string;
     webp.custom_ptr = &file;
     const auto import = alpha ? WebPPictureImportRGBA : WebPPictureImportRGB;
-    if (!import(&webp, samples.data(), picture.width * (alpha ? 4 : 3)) ||
-        !WebPEncode(&config, &webp))
+    const bool written = import(&webp, samples.data(), picture.width * (alpha ? 4 : 3)) &&
+                         WebPEncode(&config, &webp);
+    if (webp.error_code == VP8_ENC_ERROR_USER_ABORT) throw_cancelled();
+    if (!written)
         throw std::runtime_error("the WebP encoder failed with code " +
                                  std::to_string(webp.error_code));
     return file;
@@ -137,17 +141,20 @@ std::string encode_webp(const Image& picture, const EncodeOptions& options) {
 
 }  // namespace
 
-std::string encode(const Image& picture, const EncodeOptions& options) {
+std::string encode(const Image& picture, const EncodeOptions& options,
+                   const EncodeControl& control) {
     assert(picture.width > 0 && picture.height > 0 && picture.channels >= 1 &&
            picture.channels <= 4);
     assert(options.quality >= 1 && options.quality <= 100);
+    if (control.stop.stop_requested()) throw_cancelled();
     switch (options.format) {
         case PictureFormat::png:
-            return encode_png(picture, options);
+            return encode_png(picture, options, control);
         case PictureFormat::jpeg:
-            return encode_jpeg(picture, options);
+            check_side(picture, options.format, "JPEG");
+            return encode_jpeg(picture, options, control);
         case PictureFormat::webp:
-            return encode_webp(picture, options);
+            return encode_webp(picture, options, control);
         case PictureFormat::exr:
             return encode_exr(picture, options);
     }

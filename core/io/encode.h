@@ -3,9 +3,11 @@
 // threads.
 #pragma once
 
+#include <stop_token>
 #include <string>
 #include <vector>
 
+#include "core/base/parallel.h"
 #include "core/image/image.h"
 
 namespace relit {
@@ -30,6 +32,12 @@ struct EncodeOptions {
     std::vector<TextEntry> text = {};
 };
 
+/// How encoding runs; nothing in it changes the bytes.
+struct EncodeControl {
+    const Executor& executor;
+    std::stop_token stop{};
+};
+
 /// Writes `picture` as a file.
 ///
 /// @param picture  1 channel (grey), 2 (grey + alpha), 3 (RGB) or 4 (RGBA) channels, at least 1 x
@@ -37,10 +45,13 @@ struct EncodeOptions {
 ///                 unassociated alpha, and round to the nearest step; exr takes linear numbers as
 ///                 they are, colour associated with alpha. jpeg has no alpha (asserted); webp has
 ///                 no grey: it is written as three equal channels.
-/// @throws std::runtime_error when the encoder fails (out of memory), Error invalid_value when the
-///                 picture exceeds what the format can hold (jpeg 65500, webp 16383 pixels a side)
-/// Deterministic; safe from any thread.
-[[nodiscard]] std::string encode(const Image& picture, const EncodeOptions& options);
+/// @throws Error   cancelled; invalid_value when the picture exceeds what the format can hold (jpeg
+///                 65500, webp 16383 pixels a side)
+/// @throws std::runtime_error when the encoder fails (out of memory)
+/// Deterministic; safe from any thread. The executor compresses png and jpeg in strips; webp and
+/// exr are compressed by the caller's thread, exr without looking at the stop token.
+[[nodiscard]] std::string encode(const Image& picture, const EncodeOptions& options,
+                                 const EncodeControl& control);
 
 /// The longest side in pixels that a file of the format can hold.
 [[nodiscard]] int max_side_of(PictureFormat format);

@@ -99,12 +99,13 @@ FileHeader read_png_header(std::string_view bytes) {
         if (ended && compressed_bytes == 0) throw_broken(FileFormat::png, "it has no texels");
         if (type == "IDAT" && ihdr.colour_type == 3 && !palette)
             throw_broken(FileFormat::png, "its palette is missing");
+        // Also of what is skipped below: one wrong bit makes an IDAT a chunk that may be.
+        check_crc(bytes.substr(start + 4, 4 + std::size_t(length)), crc);
         // Unknown ancillary chunks may be skipped by anybody (PNG 5.4), unknown critical ones by
         // nobody.
         if (!is_critical(type) && type != "tRNS") continue;
         if (type != "IHDR" && type != "PLTE" && type != "IDAT" && type != "IEND" && type != "tRNS")
             throw_broken(FileFormat::png, "it has a critical chunk of an unknown kind");
-        check_crc(bytes.substr(start + 4, 4 + std::size_t(length)), crc);
         header.stripped += bytes.substr(start, 12 + std::size_t(length));
     }
     header.width = ihdr.width;

@@ -6,14 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/rect.h"
 #include "core/field/height_field.h"
 
 namespace relit {
-
-struct TexelIndex {
-    int i = 0;
-    int j = 0;
-};
 
 /// Finds the nearest solid texel, by distance between centres; of equally near ones the least far
 /// to the side, then the left, then the upper one.

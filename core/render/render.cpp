@@ -13,20 +13,20 @@
 namespace relit {
 namespace {
 
-// Counts finished rows and tells the caller, one call at a time and never backwards.
+// Counts finished tiles and tells the caller, one call at a time and never backwards.
 class Progress {
 public:
-    Progress(const std::function<void(double)>& told, int rows) : told_(told), rows_(rows) {}
+    Progress(const std::function<void(double)>& told, int tiles) : told_(told), tiles_(tiles) {}
 
-    void row_done() {
+    void tile_done() {
         if (!told_) return;
         const std::lock_guard lock(mutex_);
-        told_(double(++done_) / rows_);
+        told_(double(++done_) / tiles_);
     }
 
 private:
     const std::function<void(double)>& told_;
-    const int rows_;
+    const int tiles_;
     int done_ = 0;
     std::mutex mutex_;
 };
@@ -47,36 +47,57 @@ void store(float* out, Rgb colour) {
     out[2] = stored(colour.b);
 }
 
-// The numbers of `layer` at a solid texel, without alpha.
-void shade_texel(const Shader& shader, const HeightField& field, Layer layer, int i, int j,
-                 float* out) {
+// A pixel of a tile and the texel that its numbers come from.
+struct TilePixels {
+    std::vector<TexelIndex> sources;
+    std::vector<float*> out;
+
+    template <class Value>
+    void store_all(const std::vector<Value>& values) const {
+        for (std::size_t k = 0; k < out.size(); ++k) {
+            if constexpr (std::is_same_v<Value, Rgb>) store(out[k], values[k]);
+            else *out[k] = float(values[k]);
+        }
+    }
+    template <class Value>
+    void store_each(const Value& value) const {
+        for (std::size_t k = 0; k < out.size(); ++k) *out[k] = float(value(sources[k]));
+    }
+};
+
+// The numbers of `layer`, without alpha.
+void shade_tile(const Shader& shader, const HeightField& field, Layer layer,
+                const TilePixels& pixels, const std::stop_token& stop) {
     switch (layer) {
         case Layer::beauty:
-            store(out, shader.beauty(i, j));
+            pixels.store_all(shader.beauty(pixels.sources, stop));
             break;
         case Layer::illumination:
-            *out = float(shader.illumination(i, j));
+            pixels.store_all(shader.illumination(pixels.sources, stop));
             break;
         case Layer::thickness:
-            *out = float(shader.thickness(i, j));
+            pixels.store_all(shader.thickness(pixels.sources));
             break;
         case Layer::specular:
-            *out = float(shader.specular(i, j));
+            pixels.store_each([&](TexelIndex at) { return shader.specular(at); });
             break;
         case Layer::scatter:
-            *out = float(shader.scatter(i, j));
+            pixels.store_each([&](TexelIndex at) { return shader.scatter(at); });
             break;
         case Layer::height:
-            *out = field.heights.at(i, j);
+            pixels.store_each([&](TexelIndex at) { return field.heights.at(at.i, at.j); });
             break;
         case Layer::alpha:
-            *out = field.alpha.empty() ? 1 : field.alpha.at(i, j);
+            pixels.store_each([&](TexelIndex at) {
+                return field.alpha.empty() ? 1 : field.alpha.at(at.i, at.j);
+            });
             break;
-        case Layer::normal: {
-            const Vec3 n = shader.normal(i, j);
-            store(out, {0.5 * n.x + 0.5, 0.5 * n.y + 0.5, 0.5 * n.z + 0.5});
+        case Layer::normal:
+            for (std::size_t k = 0; k < pixels.out.size(); ++k) {
+                const Vec3 n = shader.normal(pixels.sources[k]);
+                store(pixels.out[k], {0.5 * n.x + 0.5, 0.5 * n.y + 0.5, 0.5 * n.z + 0.5});
+            }
             break;
-        }
     }
 }
 
@@ -94,30 +115,45 @@ bool has_larger_environment(const Scene& scene, int texels) {
     });
 }
 
+constexpr int tile_size = 16;  // of the squares that are shaded at a time: what packets like
+
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
 Image shade(const Scene& scene, const Output& output, Rect part, const RenderControl& control) {
     const HeightField& field = scene.field;
     const Layer layer = output.layer;
-    const Shader shader(scene, output.transfer, environment_sampling(output));
+    const Shader shader(scene, output.transfer, environment_sampling(output), control.executor,
+                        control.simd);
     std::optional<NearestSolid> nearest_solid;
     if (!field.alpha.empty() && !is_stored(layer)) nearest_solid.emplace(field);
 
     Image image(part.width, part.height, channels_of(layer, field));
-    Progress progress(control.progress, part.height);
-    const auto shade_pixel = [&](int i, int j, float* out) {
-        const float alpha = field.alpha.empty() ? 1 : field.alpha.at(i, j);
-        if (alpha == 0) return;  // colour and data are 0
-        std::optional<TexelIndex> source = TexelIndex{i, j};
-        if (nearest_solid && !field.is_solid(i, j)) source = nearest_solid->find(i, j);
-        if (source) shade_texel(shader, field, layer, source->i, source->j, out);
-        if (image.channels == 4) out[3] = alpha;
+    const auto pixels_of = [&](Rect tile) {
+        TilePixels pixels;
+        for (int y = tile.y; y < tile.y + tile.height; ++y)
+            for (int x = tile.x; x < tile.x + tile.width; ++x) {
+                const int i = part.x + x, j = part.y + y;
+                const float alpha = field.alpha.empty() ? 1 : field.alpha.at(i, j);
+                if (alpha == 0) continue;  // colour and data are 0
+                float* out = &image.row(y)[std::size_t(x) * image.channels];
+                if (image.channels == 4) out[3] = alpha;
+                std::optional<TexelIndex> source = TexelIndex{i, j};
+                if (nearest_solid && !field.is_solid(i, j)) source = nearest_solid->find(i, j);
+                if (!source) continue;
+                pixels.sources.push_back(*source);
+                pixels.out.push_back(out);
+            }
+        return pixels;
     };
-    parallel_rows(control.executor, part.height, control.stop, [&](RowRange rows) {
-        for (int y = rows.begin; y < rows.end; ++y) {
-            // A texel may take long: many lights, many samples.
-            for (int x = 0; x < part.width && !control.stop.stop_requested(); ++x)
-                shade_pixel(part.x + x, part.y + y, &image.row(y)[std::size_t(x) * image.channels]);
-            progress.row_done();
+    const int across = (part.width + tile_size - 1) / tile_size;
+    const int down = (part.height + tile_size - 1) / tile_size;
+    Progress progress(control.progress, across * down);
+    parallel_rows(control.executor, across * down, control.stop, [&](RowRange tiles) {
+        for (int n = tiles.begin; n < tiles.end; ++n) {
+            const int x = n % across * tile_size, y = n / across * tile_size;
+            const Rect tile{x, y, std::min(tile_size, part.width - x),
+                            std::min(tile_size, part.height - y)};
+            shade_tile(shader, field, layer, pixels_of(tile), control.stop);
+            progress.tile_done();
         }
     });
     return image;

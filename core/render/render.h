@@ -7,11 +7,12 @@
 #include "core/base/parallel.h"
 #include "core/render/output.h"
 #include "core/render/scene.h"
+#include "core/base/simd.h"
 
 namespace relit {
 
 /// Part of every ETag: to be raised with each change after which some scene gives another picture.
-inline constexpr int picture_revision = 1;
+inline constexpr int picture_revision = 3;
 
 /// How a render runs and reports; nothing in it changes the picture.
 struct RenderControl {
@@ -20,6 +21,7 @@ struct RenderControl {
     /// Told the share that is done, rising to 1, from any of the executor's threads, one call at a
     /// time.
     std::function<void(double)> progress{};
+    Simd simd = best_simd();  ///< one that is available
 };
 
 struct Picture {

@@ -1,26 +1,29 @@
 #include "core/render/shader.h"
 
+#include <algorithm>
+
 #include "core/field/normals.h"
 #include "core/shade/factors.h"
-#include "core/visibility/inside_length.h"
 #include "core/visibility/sample_count.h"
 
 namespace relit {
 namespace {
 
-Ray ray_to(const LightSample& sample, Vec3 start) {
-    return sample.at_infinity ? ray_along(start, sample.at) : ray_to_point(start, sample.at);
-}
+RayTarget target_of(const LightSample& sample) { return {sample.at, sample.at_infinity}; }
 
 }  // namespace
 
-Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling)
+Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
+               const Executor& executor, Simd simd)
     : scene_(scene),
       solid_(make_solid(scene.field, scene.relief, scene.base, scene.material.depth)),
+      packets_(solid_, executor, simd),
       first_light_samples_(0),
       base_(shading_colour(scene.material.base_colour, transfer)),
       diffuse_(shading_colour(scene.material.diffuse_colour, transfer)),
       specular_(shading_colour(scene.material.specular_colour, transfer)) {
+    for (int i = 0; i < solid_.width; ++i) column_x_.push_back(surface_point(solid_, i, 0).x);
+    for (int j = 0; j < solid_.height; ++j) row_y_.push_back(surface_point(solid_, 0, j).y);
     assert(!scene.lights.empty());
     for (const Light& light : scene.lights) {
         const std::vector<LightSample> of_light =
@@ -30,107 +33,144 @@ Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampli
     }
 }
 
-Shader::Texel Shader::texel(int i, int j) const {
-    const Slopes slopes = slopes_at(scene_.field, scene_.relief, i, j);
-    const Vec3 inward =
-        scene_.material.offset == Offset::normal ? normal_from(slopes) : Vec3{0, 0, 1};
-    return {surface_point(solid_, i, j) - scene_.material.depth * inward,
-            normal_from(slopes, scene_.normal_scale)};
+Vec3 Shader::start(TexelIndex at) const { return starts({&at, 1}).front(); }
+
+std::vector<Vec3> Shader::starts(std::span<const TexelIndex> texels) const {
+    // A tile's rows lie far apart in memory: ask for all of them before waiting for the first.
+    for (std::size_t k = 0; k < texels.size(); k += 16) {
+        const int below = std::min(texels[k].j + 1, solid_.height - 1);
+        __builtin_prefetch(&scene_.field.heights.row(below)[texels[k].i]);
+        __builtin_prefetch(&solid_.z.row(texels[k].j + 1)[texels[k].i + 1]);
+    }
+    std::vector<Vec3> from(texels.size());
+    std::vector<Slopes> slopes(texels.size());  // none: offset along the view
+    if (scene_.material.offset == Offset::normal)
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            slopes[k] = slopes_at(scene_.field, scene_.relief, texels[k].i, texels[k].j);
+    for (std::size_t k = 0; k < texels.size(); ++k)
+        from[k] = {column_x_[texels[k].i], row_y_[texels[k].j],
+                   solid_.z.at(texels[k].i + 1, texels[k].j + 1)};
+    for (std::size_t k = 0; k < texels.size(); ++k)
+        from[k] = from[k] - scene_.material.depth * normal_from(slopes[k]);
+    return from;
 }
 
-double Shader::illumination(const LightSample& sample, const Ray& ray) const {
+Vec3 Shader::normal(TexelIndex at) const {
+    return normal_from(slopes_at(scene_.field, scene_.relief, at.i, at.j), scene_.normal_scale);
+}
+
+void Shader::illuminate(const LightSample& sample, std::span<const Vec3> from,
+                        std::span<double> d) const {
     const Material& m = scene_.material;
     if (m.illumination == Illumination::count) {
         assert(!sample.at_infinity);
-        return 1.0 / sample_count(solid_, ray.from, sample.at, m.steps);
+        for (std::size_t k = 0; k < from.size(); ++k)
+            d[k] = 1.0 / sample_count(solid_, from[k], sample.at, m.steps);
+        return;
     }
-    const double r = inside_length(solid_, ray);
-    return m.illumination == Illumination::length
-               ? length_illumination(m.depth, r)
-               : exponential_illumination(m.depth, r, m.attenuation);
+    packets_.inside_lengths(target_of(sample), from, d);
+    if (m.illumination == Illumination::length)
+        for (double& r : d) r = length_illumination(m.depth, r);
+    else
+        for (double& r : d) r = exponential_illumination(m.depth, r, m.attenuation);
 }
 
 template <class Add>
-void Shader::for_each_highlight(const LightSample& sample, const Texel& at, const Add& add) const {
+void Shader::for_each_highlight(const LightSample& sample, Vec3 from, Vec3 normal,
+                                const Add& add) const {
     const Falloff falloff = scene_.material.specular.falloff;
     const auto factor = [&](Vec3 place) {
-        const Vec3 to_light = sample.at_infinity ? place : normalized(place - at.start);
-        return specular_factor(at.normal, to_light, falloff);
+        const Vec3 to_light = sample.at_infinity ? place : normalized(place - from);
+        return specular_factor(normal, to_light, falloff);
     };
     if (sample.parts.empty()) add(factor(sample.at), sample.radiance, sample.weight);
     for (const SamplePart& part : sample.parts) add(factor(part.at), part.radiance, part.weight);
 }
 
-Rgb Shader::highlight(const LightSample& sample, const Texel& at) const {
+Rgb Shader::highlight(const LightSample& sample, Vec3 from, Vec3 normal) const {
     Rgb sum;
-    if (scene_.material.specular.k == 0) return sum;
-    for_each_highlight(sample, at,
+    for_each_highlight(sample, from, normal,
                        [&](double s, Rgb radiance, double) { sum = sum + s * radiance; });
     return sum;
 }
 
-Rgb Shader::albedo(int i, int j) const {
+Rgb Shader::albedo(TexelIndex at) const {
     const Image& map = scene_.field.albedo;
-    return map.empty() ? Rgb{1, 1, 1} : Rgb{map.at(i, j, 0), map.at(i, j, 1), map.at(i, j, 2)};
+    if (map.empty()) return {1, 1, 1};
+    return {map.at(at.i, at.j, 0), map.at(at.i, at.j, 1), map.at(at.i, at.j, 2)};
 }
 
-Rgb Shader::beauty(int i, int j) const {
+std::vector<Rgb> Shader::beauty(std::span<const TexelIndex> texels,
+                                const std::stop_token& stop) const {
     const Material& m = scene_.material;
-    const Texel at = texel(i, j);
     const double matt = 1 - m.specular.k;
-    Rgb diffuse;
-    Rgb glossy;
+    const std::vector<Vec3> from = starts(texels);
+    std::vector<Vec3> normals;
+    if (m.specular.k > 0)
+        for (const TexelIndex at : texels) normals.push_back(normal(at));
+
+    std::vector<double> matt_share(texels.size(), matt), d(texels.size());
+    std::vector<Rgb> gloss(texels.size()), diffuse(texels.size()), glossy(texels.size());
     for (const LightSample& sample : samples_) {
         if (sample.radiance == Rgb{}) continue;
-        const Ray ray = ray_to(sample, at.start);
-        const double f = scatter_factor(ray.direction, m.scatter.falloff);
-        const double matt_share = matt * ((1 - m.scatter.k) + m.scatter.k * f);
-        const Rgb gloss = highlight(sample, at);
+        if (stop.stop_requested()) break;
         // Light that d cannot change needs no march.
-        const bool needs_d = matt_share > 0 || (m.specular.occlude && !(gloss == Rgb{}));
-        const double d = needs_d ? illumination(sample, ray) : 0;
-        diffuse = diffuse + (matt_share * d) * sample.radiance;
-        glossy = glossy + (m.specular.occlude ? d : 1) * gloss;
+        bool needs_d = false;
+        for (std::size_t k = 0; k < texels.size(); ++k) {
+            if (m.scatter.k > 0) {
+                const Vec3 to_light = ray_to(target_of(sample), from[k]).direction;
+                const double f = scatter_factor(to_light, m.scatter.falloff);
+                matt_share[k] = matt * ((1 - m.scatter.k) + m.scatter.k * f);
+            }
+            if (m.specular.k > 0) gloss[k] = highlight(sample, from[k], normals[k]);
+            needs_d |= matt_share[k] > 0 || (m.specular.occlude && !(gloss[k] == Rgb{}));
+        }
+        if (needs_d) illuminate(sample, from, d);
+        for (std::size_t k = 0; k < texels.size(); ++k) {
+            diffuse[k] = diffuse[k] + (matt_share[k] * d[k]) * sample.radiance;
+            glossy[k] = glossy[k] + (m.specular.occlude ? d[k] : 1) * gloss[k];
+        }
     }
-    return matt * base_ + albedo(i, j) * diffuse_ * diffuse + m.specular.k * specular_ * glossy;
+    std::vector<Rgb> colours(texels.size());
+    for (std::size_t k = 0; k < texels.size(); ++k)
+        colours[k] = matt * base_ + albedo(texels[k]) * diffuse_ * diffuse[k] +
+                     m.specular.k * specular_ * glossy[k];
+    return colours;
 }
 
-template <class Value>
-double Shader::mean_over_first_light(const Value& value) const {
-    double sum = 0;
-    for (std::size_t q = 0; q < first_light_samples_; ++q)
-        sum += samples_[q].weight * value(samples_[q]);
-    return sum;
+std::vector<double> Shader::illumination(std::span<const TexelIndex> texels,
+                                         const std::stop_token& stop) const {
+    const std::vector<Vec3> from = starts(texels);
+    std::vector<double> mean(texels.size()), d(texels.size());
+    for (std::size_t q = 0; q < first_light_samples_ && !stop.stop_requested(); ++q) {
+        illuminate(samples_[q], from, d);
+        for (std::size_t k = 0; k < texels.size(); ++k) mean[k] += samples_[q].weight * d[k];
+    }
+    return mean;
 }
 
-double Shader::illumination(int i, int j) const {
-    const Vec3 start = texel(i, j).start;
-    return mean_over_first_light(
-        [&](const LightSample& sample) { return illumination(sample, ray_to(sample, start)); });
-}
-
-double Shader::thickness(int i, int j) const {
+std::vector<double> Shader::thickness(std::span<const TexelIndex> texels) const {
     assert(first_light_samples_ == 1);
-    const Vec3 start = texel(i, j).start;
-    return inside_length(solid_, ray_to(samples_.front(), start));
+    std::vector<double> r(texels.size());
+    packets_.inside_lengths(target_of(samples_.front()), starts(texels), r);
+    return r;
 }
 
-double Shader::specular(int i, int j) const {
-    const Texel at = texel(i, j);
+double Shader::specular(TexelIndex at) const {
     double sum = 0;
     for (std::size_t q = 0; q < first_light_samples_; ++q)
-        for_each_highlight(samples_[q], at,
+        for_each_highlight(samples_[q], start(at), normal(at),
                            [&](double s, Rgb, double weight) { sum += weight * s; });
     return sum;
 }
 
-double Shader::scatter(int i, int j) const {
-    const Vec3 start = texel(i, j).start;
-    return mean_over_first_light([&](const LightSample& sample) {
-        return scatter_factor(ray_to(sample, start).direction, scene_.material.scatter.falloff);
-    });
+double Shader::scatter(TexelIndex at) const {
+    double sum = 0;
+    for (std::size_t q = 0; q < first_light_samples_; ++q) {
+        const Vec3 to_light = ray_to(target_of(samples_[q]), start(at)).direction;
+        sum += samples_[q].weight * scatter_factor(to_light, scene_.material.scatter.falloff);
+    }
+    return sum;
 }
-
-Vec3 Shader::normal(int i, int j) const { return texel(i, j).normal; }
 
 }  // namespace relit

@@ -1,52 +1,59 @@
-// The integrated model at one texel: everything of a scene that is the same for all texels,
-// prepared once, and a function per layer. For render(). Source: integrated model, sections 2, 4, 5
+// The integrated model at texels: everything of a scene that is the same for all of them, prepared
+// once, and a function per layer; those that need visibility take many texels at a time. For render(). Source: integrated model, sections 2, 4, 5
 // and 9; the numbers below are its section 5.
 #pragma once
 
+#include <span>
+#include <stop_token>
 #include <vector>
 
+#include "core/base/rect.h"
 #include "core/render/scene.h"
-#include "core/visibility/ray.h"
+#include "core/visibility/inside_lengths.h"
 
 namespace relit {
 
 /// Prepared from a scene, which must outlive it. Its functions may be called from any thread.
+///
+/// Texels come in lists, best those of a tile of 16 x 16; a texel's numbers are the same in any list.
+/// Where `stop` is set the numbers are unfinished.
 class Shader {
 public:
-    Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling);
+    Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
+           const Executor& executor, Simd simd = best_simd());
 
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E.
-    [[nodiscard]] Rgb beauty(int i, int j) const;
+    [[nodiscard]] std::vector<Rgb> beauty(std::span<const TexelIndex> texels,
+                                          const std::stop_token& stop = {}) const;
     /// Weighted mean of d over the first light's samples.
-    [[nodiscard]] double illumination(int i, int j) const;
+    [[nodiscard]] std::vector<double> illumination(std::span<const TexelIndex> texels,
+                                                   const std::stop_token& stop = {}) const;
     /// r of the first light in scene units; infinity where it is endless. @pre one sample
-    [[nodiscard]] double thickness(int i, int j) const;
+    [[nodiscard]] std::vector<double> thickness(std::span<const TexelIndex> texels) const;
     /// Weighted means of s and f over the first light's samples.
-    [[nodiscard]] double specular(int i, int j) const;
-    [[nodiscard]] double scatter(int i, int j) const;
+    [[nodiscard]] double specular(TexelIndex at) const;
+    [[nodiscard]] double scatter(TexelIndex at) const;
     /// Unit normal with normalScale.
-    [[nodiscard]] Vec3 normal(int i, int j) const;
+    [[nodiscard]] Vec3 normal(TexelIndex at) const;
 
 private:
-    // Where a texel's rays start, and its normal for highlights.
-    struct Texel {
-        Vec3 start;  // p'
-        Vec3 normal;
-    };
-    [[nodiscard]] Texel texel(int i, int j) const;
-    [[nodiscard]] double illumination(const LightSample& sample, const Ray& ray) const;
-    [[nodiscard]] Rgb highlight(const LightSample& sample,
-                                const Texel& at) const;  // s times radiance
-    [[nodiscard]] Rgb albedo(int i, int j) const;
+    [[nodiscard]] Vec3 start(TexelIndex at) const;  // p'
+    [[nodiscard]] std::vector<Vec3> starts(std::span<const TexelIndex> texels) const;
+    void illuminate(const LightSample& sample, std::span<const Vec3> from,
+                    std::span<double> d) const;
+    [[nodiscard]] Rgb highlight(const LightSample& sample, Vec3 from,
+                                Vec3 normal) const;  // s times radiance
+    [[nodiscard]] Rgb albedo(TexelIndex at) const;
     template <class Add>
-    void for_each_highlight(const LightSample& sample, const Texel& at, const Add& add) const;
-    template <class Value>
-    [[nodiscard]] double mean_over_first_light(const Value& value) const;
+    void for_each_highlight(const LightSample& sample, Vec3 from, Vec3 normal,
+                            const Add& add) const;
 
     const Scene& scene_;
     Solid solid_;
-    std::vector<LightSample> samples_;  // of all lights, in the scene's order
-    std::size_t first_light_samples_;   // how many of them are the first light's
+    PacketSolid packets_;                   // of solid_
+    std::vector<double> column_x_, row_y_;  // scene units of texel centres
+    std::vector<LightSample> samples_;      // of all lights, in the scene's order
+    std::size_t first_light_samples_;       // how many of them are the first light's
     Rgb base_, diffuse_, specular_;
 };
 

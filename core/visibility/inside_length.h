@@ -1,6 +1,6 @@
 // How much of a ray lies inside the solid: r, the one quantity that gives shading, shadow and
-// translucency. For render/, which asks once per texel and light. Source: integrated model, section
-// 2; Perumal 2017, 3.2.1.
+// translucency. For inside_lengths(), which leaves to it what packets cannot do, and for tests.
+// Source: integrated model, section 2; Perumal 2017, 3.2.1.
 //
 // This is the exact scalar march: the meaning of r in this project. Faster ones are held against
 // it.

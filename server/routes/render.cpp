@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <thread>
 
@@ -76,16 +77,16 @@ private:
     std::jthread thread_;
 };
 
-// Renders until done, the client's leaving, a newer request of its session, or the deadline,
+// Works until done, the client's leaving, a newer request of its session, or the deadline,
 // whichever is first.
-Picture render_in_time(const Scene& scene, const Output& output, const Request& request,
-                       const std::stop_token& superseded, const Executor& executor) {
+void in_time(const Request& request, const std::stop_token& superseded,
+             const std::function<void(std::stop_token)>& work) {
     std::stop_source stop;
     const std::stop_callback leave(request.client_gone, [&] { stop.request_stop(); });
     const std::stop_callback give_way(superseded, [&] { stop.request_stop(); });
     const Alarm alarm(request.deadline, stop);
     try {
-        return render(scene, output, {executor, stop.get_token()});
+        work(stop.get_token());
     } catch (const Error& e) {
         if (e.code != error_code::cancelled || request.client_gone.stop_requested()) throw;
         if (superseded.stop_requested())
@@ -146,14 +147,16 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
     stages.done(RenderStage::decode);
     if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
     const Output output = picture_output(job.scene.output);
-    const Picture picture =
-        render_in_time(scene, output, request, slot.stop_token(), services.executor);
-    stages.done(RenderStage::render);
-
+    Picture picture;
     Reply reply;
+    in_time(request, slot.stop_token(), [&](const std::stop_token& stop) {
+        picture = render(scene, output, {services.executor, stop, {}, services.simd});
+        stages.done(RenderStage::render);
+        reply.body = encode(picture.pixels, encode_options(job.scene.output, job.scene_text),
+                            {services.executor, stop});
+        stages.done(RenderStage::encode);
+    });
     reply.content_type = media_type_of(job.scene.output.format);
-    reply.body = encode(picture.pixels, encode_options(job.scene.output, job.scene_text));
-    stages.done(RenderStage::encode);
     services.metrics.rendered_pixels +=
         std::uint64_t(picture.pixels.width) * std::uint64_t(picture.pixels.height);
     reply.headers["Server-Timing"] = stages.text();

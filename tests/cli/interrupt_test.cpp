@@ -7,9 +7,9 @@
 #include <fstream>
 #include <thread>
 
-#include "core/io/encode.h"
 #include "tests/cli/support/cli_process.h"
 #include "tests/cli/support/scripted_server.h"
+#include "tests/support/encoded.h"
 #include "tests/support/temporary_folder.h"
 
 namespace relit::test {
@@ -28,7 +28,7 @@ std::string large_relief(int side) {
             const double u = double(x) / side, v = double(y) / side;
             map.at(x, y) = float(0.5 + 0.2 * std::sin(40 * u + 9 * v) + 0.2 * std::sin(70 * v * u));
         }
-    return encode(map, {.format = PictureFormat::png, .bit_depth = 16, .srgb = false});
+    return encoded(map, {.format = PictureFormat::png, .bit_depth = 16, .srgb = false});
 }
 
 std::size_t files_in(const std::filesystem::path& folder) {

@@ -51,7 +51,7 @@ TEST(CliInfo, CountsTexelsWithoutAHeight) {
     map.at(2, 2) = std::numeric_limits<float>::infinity();
     map.at(3, 2) = -7;
     std::ofstream(folder.path() / "map.exr", std::ios::binary)
-        << encode(map, {.format = PictureFormat::exr, .bit_depth = 32});
+        << encoded(map, {.format = PictureFormat::exr, .bit_depth = 32});
     const Ran ran = shell("relit info map.exr", folder.path());
     EXPECT_EQ(ran.status, 0) << ran.err;
     EXPECT_TRUE(contains(ran.out, "heights -7 to 0.25\n  2 texels without a height\n")) << ran.out;

@@ -138,6 +138,15 @@ TEST(Config, EverySettingIsListedWithItsValue) {
     EXPECT_FALSE(settings.contains("help"));
 }
 
+TEST(Config, SimdIsOneThatTheProcessorHas) {
+    EXPECT_EQ(read({}).result.config.simd, best_simd());
+    EXPECT_EQ(read({"--simd=portable"}).result.config.simd, Simd::portable);
+    const auto [result, out, err] = read({"--simd=mmx"});
+    EXPECT_EQ(result.exit_status, 2);
+    EXPECT_NE(err.find("'mmx' is none of what this processor has: portable"), std::string::npos)
+        << err;
+}
+
 TEST(RendersAtOnce, IsOneForEveryTwoThreadsUnlessSet) {
     Config config;
     EXPECT_EQ(renders_at_once(config, 1), 1);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/image/image.h"
-#include "core/io/encode.h"
+#include "tests/support/encoded.h"
 
 namespace relit::test {
 
@@ -16,7 +16,7 @@ inline std::string small_png(int seed = 0, int width = 16, int height = 12) {
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             image.at(x, y) = float((x * 7 + y * 13 + seed * 31) % 251) / 251.0f;
-    return encode(image, {.format = PictureFormat::png, .bit_depth = 16, .srgb = false});
+    return encoded(image, {.format = PictureFormat::png, .bit_depth = 16, .srgb = false});
 }
 
 inline std::string big_endian(std::uint32_t number) {

@@ -13,8 +13,8 @@
 
 #include "core/base/error.h"
 #include "core/io/decode.h"
-#include "core/io/encode.h"
 #include "tests/core/io/fixtures.h"
+#include "tests/support/encoded.h"
 
 namespace relit {
 namespace {
@@ -75,19 +75,19 @@ std::string palette_png() {
 
 const std::vector<Fixture>& fixtures() {
     using OIIO::TypeDesc;
-    const auto encoded = [](PictureFormat format, int bit_depth, int channels) {
-        return encode(picture(channels),
-                      {.format = format, .bit_depth = bit_depth, .text = {{"Software", "Relit"}}});
+    const auto made = [](PictureFormat format, int bit_depth, int channels) {
+        return encoded(picture(channels),
+                       {.format = format, .bit_depth = bit_depth, .text = {{"Software", "Relit"}}});
     };
     static const std::vector<Fixture> all{
-        {"png rgb", encoded(PictureFormat::png, 8, 3)},
-        {"png grey 16", encoded(PictureFormat::png, 16, 1)},
+        {"png rgb", made(PictureFormat::png, 8, 3)},
+        {"png grey 16", made(PictureFormat::png, 16, 1)},
         {"png palette", palette_png()},
-        {"jpeg", encoded(PictureFormat::jpeg, 8, 3)},
+        {"jpeg", made(PictureFormat::jpeg, 8, 3)},
         {"jpeg progressive", progressive_jpeg()},
-        {"webp", encoded(PictureFormat::webp, 8, 3)},
-        {"webp alpha", encoded(PictureFormat::webp, 8, 4)},
-        {"exr half zip", encoded(PictureFormat::exr, 16, 4)},
+        {"webp", made(PictureFormat::webp, 8, 3)},
+        {"webp alpha", made(PictureFormat::webp, 8, 4)},
+        {"exr half zip", made(PictureFormat::exr, 16, 4)},
         {"exr piz tiles", with_oiio("openexr", TypeDesc::HALF, 3, 16, "piz")},
         {"tiff strips", with_oiio("tiff", TypeDesc::FLOAT, 1, 0, "zip")},
         {"tiff tiles lzw", with_oiio("tiff", TypeDesc::UINT16, 3, 16, "lzw")},
@@ -198,7 +198,7 @@ TEST(Hostile, FlippedPngDataWithRightChecksumsIsSurvived) {
     testing::internal::CaptureStderr();
     std::mt19937 random(7);
     int refused = 0;
-    const std::vector<Chunk> chunks = chunks_of(encode(picture(3), {}));
+    const std::vector<Chunk> chunks = chunks_of(encoded(picture(3)));
     for (int round = 0; round < (sanitized ? 400 : 3000); ++round) {
         std::string bytes = png_signature;
         for (const Chunk& chunk : chunks) {
@@ -257,7 +257,7 @@ TEST(Hostile, ATiffTileOfThirtyThousandSquaredIsRefusedAtOnce) {
 }
 
 TEST(Hostile, AnExrWindowOfABillionPixelsIsRefusedBeforeItsDecoderSeesIt) {
-    std::string bytes = encode(picture(1), {.format = PictureFormat::exr, .bit_depth = 32});
+    std::string bytes = encoded(picture(1), {.format = PictureFormat::exr, .bit_depth = 32});
     const std::string name = std::string("dataWindow\0box2i\0", 17);
     const std::size_t window = bytes.find(name) + name.size() + 4;
     bytes.replace(window + 8, 8,
@@ -268,7 +268,7 @@ TEST(Hostile, AnExrWindowOfABillionPixelsIsRefusedBeforeItsDecoderSeesIt) {
 // A true bomb, within the limits: what it costs is the result, once, and not twice.
 TEST(Hostile, ALargeGreyPngCostsLittleMoreThanItsFloats) {
     if (sanitized) GTEST_SKIP() << "the sanitizer's own memory is counted";
-    const std::string bytes = encode(Image(4096, 4096, 1, 0.25f), {});
+    const std::string bytes = encoded(Image(4096, 4096, 1, 0.25f));
     const double growth = peak_growth_mb([&] { EXPECT_TRUE(attempt(bytes)); });
     EXPECT_GT(growth, 60) << "MB: the measurement has lost sight of the result";
     EXPECT_LT(growth, 64 + 16) << "MB; the result has 64";

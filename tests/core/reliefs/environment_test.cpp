@@ -97,15 +97,16 @@ TEST_P(EnvironmentAgainstReference, AgreesWithTheFullSum) {
     sky.weighting = c.weighting;
     sky.radius = c.radius;
     scene.lights = {sky};
-    const Shader shader(scene, Transfer::srgb, final_environment);
+    const Shader shader(scene, Transfer::srgb, final_environment, executor());
     double squares = 0, d_errors = 0;
     int pixels = 0;
     for (int j = 40; j < 500; j += 46)
         for (int i = 40; i < 500; i += 46) {
             if (!scene.field.is_solid(i, j)) continue;
             const reference::Result expected = reference::shade(scene, i, j, 0.125);
-            squares += encoded_error_squared(shader.beauty(i, j), expected.colour);
-            d_errors += std::abs(shader.illumination(i, j) - expected.illumination);
+            const TexelIndex at[] = {{i, j}};
+            squares += encoded_error_squared(shader.beauty(at)[0], expected.colour);
+            d_errors += std::abs(shader.illumination(at)[0] - expected.illumination);
             ++pixels;
         }
     ASSERT_GT(pixels, 30);
@@ -127,14 +128,15 @@ double gathered_psnr_db(const char* file, const Specular& specular, std::optiona
     sky.rotation = {40, 15};
     sky.radius = radius;
     scene.lights = {sky};
-    const Shader full(scene, Transfer::srgb, {.max_texels = 512 * 256});
-    const Shader gathered(scene, Transfer::srgb, final_environment);
+    const Shader full(scene, Transfer::srgb, {.max_texels = 512 * 256}, executor());
+    const Shader gathered(scene, Transfer::srgb, final_environment, executor());
     std::vector<double> squares(11);
     parallel_rows(executor(), int(squares.size()), {}, [&](RowRange rows) {
         for (int row = rows.begin; row < rows.end; ++row)
             for (int i = 3; i < 79; i += 15) {
-                const Rgb expected = full.beauty(i, 5 + 10 * row);
-                squares[row] += encoded_error_squared(gathered.beauty(i, 5 + 10 * row),
+                const TexelIndex at[] = {{i, 5 + 10 * row}};
+                const Rgb expected = full.beauty(at)[0];
+                squares[row] += encoded_error_squared(gathered.beauty(at)[0],
                                                       {expected.r, expected.g, expected.b});
             }
     });

@@ -31,7 +31,7 @@ TEST(Readiness, NeedsAServerThatGoesOnAndADataFolder) {
     EXPECT_EQ(refusal_of_readiness(services.services), error_code::not_ready);
     std::filesystem::rename(folder.string() + ".moved", folder);
     EXPECT_EQ(refusal_of_readiness(services.services), "ready");
-    services.services.stopping = true;
+    services.services.draining = true;
     EXPECT_EQ(refusal_of_readiness(services.services), error_code::shutting_down);
 }
 

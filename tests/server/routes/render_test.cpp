@@ -139,7 +139,7 @@ TEST_F(RenderRoute, PreviewsAreNotKeptByCaches) {
 TEST_F(RenderRoute, SaysFromWhichRangeHeightsWereRescaled) {
     Image metres(5, 4, 1, 100.0f);
     metres.at(2, 2) = 350.5f;
-    const std::string exr = encode(metres, {.format = PictureFormat::exr, .bit_depth = 32});
+    const std::string exr = encoded(metres, {.format = PictureFormat::exr, .bit_depth = 32});
     const Reply reply = post(R"({"height": {"data": ")" + encode_base64(exr) + R"("}})");
     EXPECT_EQ(reply.headers.at("Relit-Height-Range"), "100 350.5");
     EXPECT_FALSE(post(scene()).headers.contains("Relit-Height-Range"));
@@ -243,7 +243,7 @@ TEST_F(RenderRoute, TakesHeightsAsStoredWhereTheyAreAssociatedWithAlpha) {
     Image depth(4, 4, 4, 0.2f);  // a depth pass: no colour that somebody multiplied
     for (int i = 0; i < 4; ++i) depth.at(i, 2, 3) = 0.5f;
     EncodeOptions options{.format = PictureFormat::exr, .bit_depth = 32};
-    const std::string exr = encode(depth, options);
+    const std::string exr = encoded(depth, options);
     const Reply reply = post(R"({"height": {"data": ")" + encode_base64(exr) +
                              R"("}, "output": {"layer": "height", "format": "exr"}})");
     EXPECT_NEAR(decode(reply.bytes()).image.at(1, 2), 0.2, 1e-6);
@@ -252,7 +252,7 @@ TEST_F(RenderRoute, TakesHeightsAsStoredWhereTheyAreAssociatedWithAlpha) {
 TEST_F(RenderRoute, RefusesAlbedosThatAreNotFinite) {
     Image albedo(4, 4, 3, 0.5f);
     albedo.at(1, 1, 1) = std::numeric_limits<float>::infinity();
-    const std::string exr = encode(albedo, {.format = PictureFormat::exr, .bit_depth = 32});
+    const std::string exr = encoded(albedo, {.format = PictureFormat::exr, .bit_depth = 32});
     expect_error(scene(R"("albedo": {"data": ")" + encode_base64(exr) + "\"}"),
                  error_code::invalid_value, "/albedo/data");
 }

@@ -1,0 +1,156 @@
+#include "core/visibility/inside_lengths.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "core/visibility/inside_length.h"
+
+namespace relit {
+namespace {
+
+using kernels::Bounds;
+
+constexpr int margin = kernels::grid_margin;
+constexpr int block = Solid::block_size;
+
+// A height with the mask in its lowest bit.
+float marked(float z, bool is_material) {
+    return std::bit_cast<float>((std::bit_cast<std::uint32_t>(z) & ~1u) | unsigned(is_material));
+}
+
+bool is_material(const Solid& solid, int u, int v) {
+    const int i = std::min(u, solid.width), j = std::min(v, solid.height);
+    const unsigned cover = solid.cover[std::size_t(j) * (solid.width + 1) + i];
+    return cover >> ((u - i) + 2 * (v - j)) & 1;
+}
+
+void merge(Bounds& a, const Bounds& b) {
+    a.top = std::max(a.top, b.top);
+    a.bottom = std::min(a.bottom, b.bottom);
+}
+
+constexpr Bounds nothing{-std::numeric_limits<float>::infinity(),
+                         std::numeric_limits<float>::infinity()};
+
+kernels::March* march_of(Simd simd) {
+    switch (simd) {
+#if defined(__x86_64__)
+        case Simd::avx512:
+            return kernels::march_avx512;
+        case Simd::avx2:
+            return kernels::march_avx2;
+#endif
+        default:
+            return kernels::march_portable;
+    }
+}
+
+}  // namespace
+
+struct PacketSolid::Copy {
+    std::unique_ptr<float[]> z;
+    std::vector<Bounds> near, far;
+    kernels::Grid grid;
+
+    Copy(const Solid& solid, bool exchanged, const Executor& executor) {
+        const int points_across = exchanged ? solid.z.height : solid.z.width;
+        const int points_down = exchanged ? solid.z.width : solid.z.height;
+        grid.columns = points_across - 1;
+        grid.rows = points_down - 1;
+        // An odd number of cache lines: columns of a power of two would share the same few sets.
+        grid.pitch = (margin + points_across + 2 * kernels::grid_window + 15) / 16 * 16;
+        if (grid.pitch / 16 % 2 == 0) grid.pitch += 16;
+        z = std::make_unique_for_overwrite<float[]>(std::size_t(grid.pitch) * points_down);
+        grid.z = z.get() + margin;
+        fill_heights(solid, exchanged, executor);
+        fill_bounds(solid, exchanged);
+        grid.near = near.data();
+        grid.far = far.data();
+    }
+
+    void fill_heights(const Solid& solid, bool exchanged, const Executor& executor) {
+        constexpr int band = 16;  // rows at a time, in squares: columns are read in runs
+        const int points_down = grid.rows + 1, points_across = grid.columns + 1;
+        const float* from = solid.z.values.data();
+        parallel_rows(executor, (points_down + band - 1) / band, {}, [&](RowRange bands) {
+            const int first = bands.begin * band, last = std::min(bands.end * band, points_down);
+            for (int u0 = 0; exchanged && u0 < points_across; u0 += band)
+                for (int v = first; v < last; ++v)
+                    for (int u = u0; u < std::min(u0 + band, points_across); ++u)
+                        row(v)[u] = from[std::size_t(u) * solid.z.width + v];
+            for (int v = first; v < last; ++v) {
+                if (!exchanged) std::copy_n(solid.z.row(v).data(), points_across, row(v));
+                if (!solid.cover.empty())
+                    for (int u = 0; u < points_across; ++u)
+                        row(v)[u] = marked(row(v)[u], exchanged ? is_material(solid, v, u)
+                                                                : is_material(solid, u, v));
+                std::fill(row(v) - margin, row(v), row(v)[0]);
+                std::fill(row(v) + points_across, row(v) - margin + grid.pitch,
+                          row(v)[points_across - 1]);
+            }
+        });
+    }
+
+    void fill_bounds(const Solid& solid, bool exchanged) {
+        // Crossings are computed in float: what is this near to a bound may lie beyond it.
+        const float slack = 1e-6f * (std::abs(solid.top_z) + std::abs(float(solid.floor_z)));
+        const int across = grid.columns / block + 1 - (grid.columns % block == 0);
+        const int down = grid.rows / block + 1 - (grid.rows % block == 0);
+        const auto bounds = [&](int p, int q) {
+            const Block& b = exchanged ? solid.blocks[std::size_t(p) * solid.blocks_across + q]
+                                       : solid.blocks[std::size_t(q) * solid.blocks_across + p];
+            return Bounds{b.top + slack, b.bottom - slack};
+        };
+        const auto wide = [&](int p, int q, int p_size, int q_size) {
+            Bounds sum = nothing;
+            for (int y = q; y < std::min(q + q_size, down); ++y)
+                for (int x = p; x < std::min(p + p_size, across); ++x) merge(sum, bounds(x, y));
+            return sum;
+        };
+        grid.bounds_across = across;
+        for (int q = 0; q < down; ++q)
+            for (int p = 0; p < across; ++p) near.push_back(wide(p, q, 4, 1));
+        for (int q = 0; q < down; q += 4)
+            for (int p = 0; p < across; ++p) far.push_back(wide(p, q, 8, 4));
+    }
+
+    float* row(int v) { return z.get() + margin + std::size_t(v) * grid.pitch; }
+};
+
+PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd)
+    : solid_(solid),
+      by_rows_(std::make_unique<const Copy>(solid, false, executor)),
+      by_columns_(std::make_unique<const Copy>(solid, true, executor)),
+      march_(march_of(simd)) {
+    scenery_.by_rows = by_rows_->grid;
+    scenery_.by_columns = by_columns_->grid;
+    scenery_.masked = !solid.cover.empty();
+    scenery_.endless_ground = solid.endless_ground;
+    scenery_.floor_z = solid.floor_z;
+    scenery_.top_z = solid.top_z;
+    scenery_.width = solid.width;
+    scenery_.height = solid.height;
+}
+
+PacketSolid::~PacketSolid() = default;
+
+void PacketSolid::inside_lengths(const RayTarget& target, std::span<const Vec3> from,
+                                 std::span<double> r) const noexcept {
+    assert(from.size() == r.size());
+    kernels::Scenery scenery = scenery_;
+    scenery.light[0] = target.at.x;
+    scenery.light[1] = target.at.y;
+    scenery.light[2] = target.at.z;
+    scenery.at_infinity = target.at_infinity;
+    for (std::size_t k = 0; k < from.size(); k += kernels::max_rays) {
+        const int count = int(std::min<std::size_t>(kernels::max_rays, from.size() - k));
+        march_(scenery, &from[k].x, count, &r[k]);
+    }
+    for (std::size_t k = 0; k < from.size(); ++k)
+        if (std::isnan(r[k])) r[k] = inside_length(solid_, ray_to(target, from[k]));
+}
+
+}  // namespace relit

@@ -1,0 +1,57 @@
+// The packet march: r of many rays towards one light, a packet of neighbours at a time, once per
+// instruction set. For inside_lengths(), which makes the grids and checks the numbers; nothing else
+// calls it. Sources: Amanatides and Woo 1987 for the walk, here row by row for a whole packet.
+//
+// The sources of this folder are compiled for processors that the rest of the program does not ask
+// for. An inline function of a common header could be kept by the linker in their version, so they
+// include nothing that has any, and this header holds plain data only.
+#pragma once
+
+namespace relit::kernels {
+
+/// Top and bottom of a group of cells, as Block, moved apart by more than rounding can do.
+struct Bounds {
+    float top, bottom;
+};
+
+/// The surface as rays see it whose way is mostly along v: by rows. A copy with u and v exchanged
+/// serves the others.
+///
+/// Grid points as in Solid, repeated outwards by at least `grid_margin` on the left and
+/// `2 * grid_window` on the right. With a mask the lowest bit of a height says whether its texel is
+/// material.
+struct Grid {
+    const float* z = nullptr;   ///< grid point (0, 0)
+    int pitch = 0;              ///< floats from row to row
+    int columns = 0, rows = 0;  ///< cells
+    const Bounds* near =
+        nullptr;  ///< 8 rows of cells x 32 columns, from every 8th row and column on
+    const Bounds* far = nullptr;  ///< 32 rows x 64 columns, from every 32nd row and 8th column on
+    int bounds_across = 0;        ///< entries per row of either table
+};
+inline constexpr int grid_margin = 8;
+inline constexpr int grid_window = 32;
+
+/// All that the rays of a call have in common.
+struct Scenery {
+    Grid by_rows, by_columns;
+    bool masked = false;
+    bool endless_ground = true;
+    double floor_z = 0, top_z = 0;
+    int width = 0, height = 0;    ///< of the map, texels
+    double light[3] = {0, 0, 0};  ///< as Light of inside_lengths.h
+    bool at_infinity = false;
+};
+
+/// Rays that a call takes at most.
+inline constexpr int max_rays = 256;
+
+/// r of `count` rays from `from` (x, y, z each) to the light, into `r`; NaN where the numbers are
+/// not such that floats can do it.
+using March = void(const Scenery& scenery, const double* from, int count, double* r);
+
+March march_portable;
+March march_avx2;
+March march_avx512;
+
+}  // namespace relit::kernels

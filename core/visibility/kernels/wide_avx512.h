@@ -1,0 +1,116 @@
+// 16 floats at a time in AVX-512. See wide_vector.h for what each operation is to do.
+#pragma once
+
+#include <immintrin.h>
+
+#define RELIT_INLINE inline __attribute__((always_inline))
+
+namespace relit::kernels {
+namespace {
+
+constexpr int register_size = 64;
+constexpr int lanes = 16;
+
+struct Mask {
+    __mmask16 bits;
+};
+RELIT_INLINE Mask operator&(Mask a, Mask b) { return {__mmask16(a.bits & b.bits)}; }
+RELIT_INLINE Mask operator|(Mask a, Mask b) { return {__mmask16(a.bits | b.bits)}; }
+RELIT_INLINE Mask operator^(Mask a, Mask b) { return {__mmask16(a.bits ^ b.bits)}; }
+RELIT_INLINE Mask operator~(Mask a) { return {__mmask16(~a.bits)}; }
+constexpr Mask all_lanes = {0xffff};
+RELIT_INLINE bool any(Mask a) { return a.bits != 0; }
+RELIT_INLINE bool all(Mask a) { return a.bits == 0xffff; }
+
+struct Ints {
+    __m512i v;
+};
+RELIT_INLINE Ints broadcast(int a) { return {_mm512_set1_epi32(a)}; }
+RELIT_INLINE Ints operator+(Ints a, Ints b) { return {_mm512_add_epi32(a.v, b.v)}; }
+RELIT_INLINE Ints operator-(Ints a, Ints b) { return {_mm512_sub_epi32(a.v, b.v)}; }
+RELIT_INLINE Ints clamped(Ints a, int lo, int hi) {
+    return {_mm512_min_epi32(_mm512_max_epi32(a.v, _mm512_set1_epi32(lo)), _mm512_set1_epi32(hi))};
+}
+
+struct Floats {
+    __m512 v;
+};
+RELIT_INLINE Floats broadcast(float a) { return {_mm512_set1_ps(a)}; }
+RELIT_INLINE Floats load(const float* p) { return {_mm512_loadu_ps(p)}; }
+RELIT_INLINE void store(float* p, Floats a) { _mm512_storeu_ps(p, a.v); }
+RELIT_INLINE Floats operator+(Floats a, Floats b) { return {_mm512_add_ps(a.v, b.v)}; }
+RELIT_INLINE Floats operator-(Floats a, Floats b) { return {_mm512_sub_ps(a.v, b.v)}; }
+RELIT_INLINE Floats operator*(Floats a, Floats b) { return {_mm512_mul_ps(a.v, b.v)}; }
+RELIT_INLINE Floats operator/(Floats a, Floats b) { return {_mm512_div_ps(a.v, b.v)}; }
+RELIT_INLINE Mask operator<(Floats a, Floats b) {
+    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)};
+}
+RELIT_INLINE Mask operator<=(Floats a, Floats b) {
+    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)};
+}
+RELIT_INLINE Mask operator==(Floats a, Floats b) {
+    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_EQ_OQ)};
+}
+RELIT_INLINE Floats select(Mask m, Floats a, Floats b) {
+    return {_mm512_mask_blend_ps(m.bits, b.v, a.v)};
+}
+RELIT_INLINE Floats min(Floats a, Floats b) { return {_mm512_min_ps(a.v, b.v)}; }
+RELIT_INLINE Floats max(Floats a, Floats b) { return {_mm512_max_ps(a.v, b.v)}; }
+RELIT_INLINE Floats magnitude(Floats a) { return {_mm512_abs_ps(a.v)}; }
+RELIT_INLINE Floats square_root(Floats a) { return {_mm512_sqrt_ps(a.v)}; }
+RELIT_INLINE Floats floor(Floats a) {
+    return {_mm512_roundscale_ps(a.v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC)};
+}
+RELIT_INLINE Floats with_sign_of(Floats a, Floats sign) {
+    return {_mm512_castsi512_ps(_mm512_ternarylogic_epi32(_mm512_set1_epi32(int(0x80000000)),
+                                                          _mm512_castps_si512(sign.v),
+                                                          _mm512_castps_si512(a.v), 0xca))};
+}
+RELIT_INLINE Ints to_ints(Floats a) { return {_mm512_cvttps_epi32(a.v)}; }
+RELIT_INLINE Floats to_floats(Ints a) { return {_mm512_cvtepi32_ps(a.v)}; }
+using Doubles = double __attribute__((vector_size(64)));
+RELIT_INLINE Floats to_floats(const Doubles (&halves)[2]) {
+    const __m256 left = _mm512_cvtpd_ps((__m512d)halves[0]);
+    const __m256 right = _mm512_cvtpd_ps((__m512d)halves[1]);
+    return {_mm512_insertf32x8(_mm512_castps256_ps512(left), right, 1)};
+}
+RELIT_INLINE Doubles to_doubles(Floats a, int half) {
+    const __m256 part = half == 0 ? _mm512_castps512_ps256(a.v) : _mm512_extractf32x8_ps(a.v, 1);
+    return (Doubles)_mm512_cvtps_pd(part);
+}
+RELIT_INLINE void store(double* p, Doubles a) { _mm512_storeu_pd(p, (__m512d)a); }
+RELIT_INLINE Doubles gather(const double* from, const int* index) {
+    const __m256i i = _mm256_loadu_si256((const __m256i*)index);
+    const __m256i thrice = _mm256_add_epi32(i, _mm256_add_epi32(i, i));
+    return (Doubles)_mm512_i32gather_pd(thrice, from, 8);
+}
+RELIT_INLINE Doubles square_root(Doubles a) { return (Doubles)_mm512_sqrt_pd((__m512d)a); }
+RELIT_INLINE Doubles floor(Doubles a) {
+    return (Doubles)_mm512_roundscale_pd((__m512d)a, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+}
+RELIT_INLINE Mask lowest_bit(Floats a) {
+    return {_mm512_test_epi32_mask(_mm512_castps_si512(a.v), _mm512_set1_epi32(1))};
+}
+RELIT_INLINE float lowest(Floats a) { return _mm512_reduce_min_ps(a.v); }
+RELIT_INLINE float highest(Floats a) { return _mm512_reduce_max_ps(a.v); }
+
+// Numbers of a row at any of `window_size` places, from two registers.
+constexpr int window_size = 32;
+struct Window {
+    Floats left, right;
+    RELIT_INLINE explicit Window(const float* row) : left(load(row)), right(load(row + lanes)) {}
+    RELIT_INLINE static Ints place(Ints at, int) { return at; }
+    RELIT_INLINE Floats operator()(Ints at) const {
+        return {_mm512_permutex2var_ps(left.v, at.v, right.v)};
+    }
+};
+struct Gather {
+    const float* row;
+    RELIT_INLINE explicit Gather(const float* p) : row(p) {}
+    // Lanes that have nothing to do may stand anywhere: not even they may read beyond the row.
+    RELIT_INLINE static Ints place(Ints at, int rightmost) { return clamped(at, 0, rightmost); }
+    RELIT_INLINE Floats operator()(Ints at) const { return {_mm512_i32gather_ps(at.v, row, 4)}; }
+};
+
+}  // namespace
+}  // namespace relit::kernels

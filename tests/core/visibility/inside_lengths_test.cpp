@@ -1,0 +1,257 @@
+#include "core/visibility/inside_lengths.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/angle.h"
+#include "core/field/normals.h"
+#include "core/shade/factors.h"
+#include "core/visibility/inside_length.h"
+#include "tests/support/maps.h"
+#include "tests/support/tolerances.h"
+
+namespace relit::test {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+std::vector<double> packet_lengths(const Solid& solid, const RayTarget& target,
+                                   const std::vector<Vec3>& from, Simd simd = best_simd()) {
+    std::vector<double> r(from.size());
+    PacketSolid(solid, executor(), simd).inside_lengths(target, from, r);
+    return r;
+}
+
+// p' of every texel of a map, row by row.
+std::vector<Vec3> starts_of(const Solid& solid, const HeightField& field, double relief,
+                            double depth, Offset offset) {
+    std::vector<Vec3> starts;
+    for (int j = 0; j < solid.height; ++j)
+        for (int i = 0; i < solid.width; ++i) {
+            const Vec3 m = offset == Offset::normal ? normal_from(slopes_at(field, relief, i, j))
+                                                    : Vec3{0, 0, 1};
+            starts.push_back(surface_point(solid, i, j) - depth * m);
+        }
+    return starts;
+}
+
+struct Errors {
+    double squares = 0;
+    int rays = 0;
+    [[nodiscard]] double psnr_db() const {
+        return -10 * std::log10(std::max(squares / rays, 1e-12));
+    }
+};
+
+// Adds the differences of d between packets and the scalar march.
+void compare(const Solid& solid, const RayTarget& target, const std::vector<Vec3>& from,
+             double depth, Simd simd, Errors& errors) {
+    const std::vector<double> r = packet_lengths(solid, target, from, simd);
+    for (std::size_t k = 0; k < from.size(); ++k) {
+        const double exact = inside_length(solid, ray_to(target, from[k]));
+        ASSERT_EQ(std::isinf(r[k]), std::isinf(exact)) << "ray " << k;
+        ASSERT_GE(r[k], 0) << "ray " << k;
+        const double e = length_illumination(depth, r[k]) - length_illumination(depth, exact);
+        errors.squares += e * e;
+        ++errors.rays;
+    }
+}
+
+void mask_blobs(HeightField& field, Random& random) {
+    field.alpha = Image(field.width(), field.height(), 1, 1);
+    for (int blob = 0; blob < 6; ++blob) {
+        const double x = random() * field.width(), y = random() * field.height();
+        const double radius = random() * 0.2 * field.width();
+        for (int j = 0; j < field.height(); ++j)
+            for (int i = 0; i < field.width(); ++i)
+                if (std::hypot(i - x, j - y) < radius) field.alpha.at(i, j) = 0;
+    }
+}
+
+// Lights far, near, level, in the ground, behind, inside the map, straight above and below, along
+// rows, columns and diagonals.
+std::vector<RayTarget> targets_around(Random& random) {
+    const double azimuth = random() * 360;
+    return {
+        {{random() * 2 - 0.5, random() * 2 - 0.5, random()}, false},
+        {{random() * 2e3 - 1e3, random() * 2e3 - 1e3, random() * 1e3}, false},
+        {{random(), random(), 0.3}, false},
+        {{random(), random(), 0.05}, false},
+        {{random(), random(), 0}, false},
+        {{random(), random(), -0.3}, false},
+        {direction_from(azimuth, 60), true},
+        {direction_from(azimuth, 8), true},
+        {direction_from(azimuth, 89.99), true},
+        {direction_from(azimuth, -30), true},
+        {direction_from(azimuth, 0), true},
+        {direction_from(45, 20), true},
+        {{0, 0, 1}, true},
+        {{0, 0, -1}, true},
+        {{1, 0, 0}, true},
+        {{0, -0.8, 0.6}, true},
+    };
+}
+
+struct RandomScene {
+    HeightField field;
+    double relief = 0.2, depth = 0.01;
+    Solid solid;
+    std::vector<Vec3> starts;
+};
+
+// Hills of any shape of map; by turns masked, with each base, offset both ways.
+RandomScene random_scene(int trial, Random& random) {
+    RandomScene scene;
+    scene.field = hills(3 + int(random() * 90), 3 + int(random() * 90), 100 + trial);
+    if (trial % 2) mask_blobs(scene.field, random);
+    const Base bases[] = {
+        {}, {Base::Kind::automatic, 0}, {Base::Kind::level, 0.04}, {Base::Kind::level, -0.1}};
+    scene.solid = make_solid(scene.field, scene.relief, bases[trial / 2 % 4], scene.depth);
+    scene.starts = starts_of(scene.solid, scene.field, scene.relief, scene.depth,
+                             trial % 3 ? Offset::normal : Offset::view);
+    return scene;
+}
+
+TEST(InsideLengths, AreThoseOfTheScalarMarchOnEveryInstructionSet) {
+    for (const Simd simd : available_simd()) {
+        SCOPED_TRACE(name_of(simd));
+        Random random(3);
+        for (int trial = 0; trial < 24; ++trial) {
+            const RandomScene scene = random_scene(trial, random);
+            Errors errors;
+            for (const RayTarget& target : targets_around(random)) {
+                SCOPED_TRACE(testing::Message() << "trial " << trial << " towards " << target.at.x
+                                                << " " << target.at.y << " " << target.at.z);
+                compare(scene.solid, target, scene.starts, scene.depth, simd, errors);
+            }
+            EXPECT_GE(errors.psnr_db(), tolerance::packet_hills_psnr_db) << "trial " << trial;
+        }
+    }
+}
+
+TEST(InsideLengths, HoldOnRoughMapsOfEverySmallSize) {
+    Random random(11);
+    Errors errors;
+    for (int trial = 0; trial < 400; ++trial) {
+        const int width = 1 + int(random() * 9), height = 1 + int(random() * 9);
+        HeightField field = field_of(width, height, [&](int, int) { return random(); });
+        if (trial % 2 == 0) {
+            field.alpha = Image(width, height, 1);
+            for (float& a : field.alpha.values) a = random() < 0.6 ? 1.0f : 0.0f;
+        }
+        const Base bases[] = {
+            {}, {Base::Kind::automatic, 0}, {Base::Kind::level, 0.4}, {Base::Kind::level, -0.1}};
+        const Solid solid = make_solid(field, 0.7, bases[trial % 4], 0.05);
+        std::vector<Vec3> starts(20);  // some beyond the border, some above the surface
+        for (Vec3& p : starts)
+            p = {random() * 1.2 - 0.1, (random() * 1.2 - 0.1) * solid.y_size(),
+                 random() * 0.8 - 0.05};
+        for (const RayTarget& target : targets_around(random))
+            compare(solid, target, starts, 0.05, best_simd(), errors);
+    }
+    EXPECT_GE(errors.psnr_db(), tolerance::packet_rough_psnr_db);
+}
+
+TEST(InsideLengths, AreTheSameBytesOnEveryInstructionSet) {
+    Random random(5);
+    for (int trial = 0; trial < 12; ++trial) {
+        const RandomScene scene = random_scene(trial, random);
+        for (const RayTarget& target : targets_around(random)) {
+            const std::vector<double> expected =
+                packet_lengths(scene.solid, target, scene.starts, Simd::portable);
+            for (const Simd simd : available_simd())
+                EXPECT_EQ(packet_lengths(scene.solid, target, scene.starts, simd), expected)
+                    << name_of(simd) << ", trial " << trial;
+        }
+    }
+}
+
+// Packets, windows and skipped blocks depend on a ray's company; its r must not.
+TEST(InsideLengths, DoNotDependOnTheOtherRaysOrTheirOrder) {
+    Random random(6);
+    for (int trial = 0; trial < 12; ++trial) {
+        const RandomScene scene = random_scene(trial, random);
+        std::vector<std::size_t> order(scene.starts.size());
+        for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+        for (std::size_t k = order.size(); k > 1; --k)
+            std::swap(order[k - 1], order[std::size_t(random() * double(k))]);
+        std::vector<Vec3> shuffled;
+        for (const std::size_t k : order) shuffled.push_back(scene.starts[k]);
+        const PacketSolid packets(scene.solid, executor());
+        for (const RayTarget& target : targets_around(random)) {
+            const std::vector<double> r = packet_lengths(scene.solid, target, scene.starts);
+            const std::vector<double> mixed = packet_lengths(scene.solid, target, shuffled);
+            for (std::size_t k = 0; k < order.size(); ++k)
+                ASSERT_EQ(mixed[k], r[order[k]]) << "ray " << order[k] << ", trial " << trial;
+            for (std::size_t k = 0; k < order.size(); k += 37) {
+                double alone = -1;
+                packets.inside_lengths(target, {&scene.starts[k], 1}, {&alone, 1});
+                ASSERT_EQ(alone, r[k]) << "ray " << k << ", trial " << trial;
+            }
+        }
+    }
+}
+
+TEST(InsideLengths, OnAPlaneGiveTheCosineForEveryTiltAndDepth) {
+    for (const double slope_x : {0.0, 0.2, -0.35})
+        for (const double slope_y : {0.0, 0.3})
+            for (const double depth : {0.002, 0.008, 0.02}) {
+                const HeightField field = tilted_plane(97, 64, 0.6, slope_x, slope_y);
+                const Solid plane = make_solid(field, 0.6, {}, depth);
+                const Vec3 n = normal_from(slopes_at(field, 0.6, 48, 32));
+                const std::vector<Vec3> from{surface_point(plane, 48, 32) - depth * n};
+                for (const double azimuth : {0.0, 45.0, 133.0, 270.0}) {
+                    const Vec3 l = direction_from(azimuth, 60);
+                    const double r = packet_lengths(plane, {l, true}, from)[0];
+                    EXPECT_NEAR(length_illumination(depth, r), dot(n, l), tolerance::plane_d);
+                }
+            }
+}
+
+TEST(InsideLengths, StraightUpAreTheDepthEverywhere) {
+    for (const int width : {1, 2, 33, 257}) {
+        const HeightField field = hills(width, 41);
+        const Solid solid = make_solid(field, 0.3, {}, 0.01);
+        for (const Vec3 l : {Vec3{0, 0, 1}, direction_from(77, 90), direction_from(77, 89.9999)})
+            for (const double r :
+                 packet_lengths(solid, {l, true}, starts_of(solid, field, 0.3, 0.01, Offset::view)))
+                ASSERT_NEAR(r, 0.01, 3e-7) << width;
+    }
+}
+
+// Floats have no fractions of a texel there: the scalar march takes these.
+TEST(InsideLengths, OfRaysFromFarAwayAreLeftToTheScalarMarch) {
+    const Solid solid = make_solid(field_of(32, 32, [](int, int) { return 1; }), 0.3,
+                                   {Base::Kind::level, -0.3}, 0.01);
+    const std::vector<Vec3> from{{-3e6, 0.5, 0.1}, {0.4, 2e7, 0.1}, {0.5, 0.5, 4e6}};
+    const RayTarget targets[] = {{{0.5, 0.5, 0.1}, false}, {{0.3, 0.6, -0.2}, false}};
+    for (const RayTarget& target : targets) {
+        const std::vector<double> r = packet_lengths(solid, target, from);
+        for (std::size_t k = 0; k < from.size(); ++k) {
+            const double exact = inside_length(solid, ray_to(target, from[k]));
+            EXPECT_EQ(r[k], exact) << k;
+            EXPECT_GT(exact, 0) << k;
+        }
+    }
+    const RayTarget beyond{{1e20, 3e19, 2e19}, false};
+    const std::vector<Vec3> start{{0.5, 0.5, 0.1}};
+    EXPECT_EQ(packet_lengths(solid, beyond, start)[0],
+              inside_length(solid, ray_to(beyond, start[0])));
+}
+
+TEST(InsideLengths, AreEndlessForEveryLightInOrBehindEndlessGround) {
+    const HeightField field = hills(40, 24);
+    const Solid solid = make_solid(field, 0.3, {}, 0.01);
+    const auto starts = starts_of(solid, field, 0.3, 0.01, Offset::normal);
+    for (const RayTarget& target :
+         {RayTarget{{0.5, 0.5, -0.35}, false}, RayTarget{direction_from(20, -0.01), true}})
+        for (const double r : packet_lengths(solid, target, starts)) ASSERT_EQ(r, infinity);
+    for (const double r : packet_lengths(solid, {{0.5, 0.5, 0}, false}, starts))
+        ASSERT_LT(r, infinity);
+}
+
+}  // namespace
+}  // namespace relit::test
