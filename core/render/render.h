@@ -5,9 +5,9 @@
 #include <functional>
 
 #include "core/base/parallel.h"
+#include "core/base/simd.h"
 #include "core/render/output.h"
 #include "core/render/scene.h"
-#include "core/base/simd.h"
 
 namespace relit {
 

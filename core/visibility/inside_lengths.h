@@ -6,10 +6,10 @@
 #include <span>
 
 #include "core/base/parallel.h"
+#include "core/base/simd.h"
 #include "core/field/solid.h"
 #include "core/visibility/kernels/march.h"
 #include "core/visibility/ray.h"
-#include "core/base/simd.h"
 
 namespace relit {
 
