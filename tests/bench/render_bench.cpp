@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/base/angle.h"
 #include "core/field/normals.h"
@@ -21,6 +22,7 @@
 #include "core/visibility/inside_lengths.h"
 #include "tests/bench/baselines.h"
 #include "tests/bench/terrain.h"
+#include "tests/support/maps.h"
 
 namespace relit::bench {
 namespace {
