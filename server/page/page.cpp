@@ -34,7 +34,7 @@ struct PageFile {
 };
 
 PageFile page_file(std::string_view name, std::string_view content_type, std::string_view bytes) {
-    return {name, content_type, bytes, '"' + sha256_hex(bytes).substr(0, 32) + '"'};
+    return {name, content_type, bytes, strong_etag(bytes)};
 }
 
 const auto& page_files() {

@@ -16,7 +16,7 @@ namespace {
 Reply text_reply(const Request& request, std::string text) {
     allow_parameters(request, {});
     constexpr std::string_view ask_again = "no-cache";
-    const std::string etag = '"' + sha256_hex(text).substr(0, 32) + '"';
+    const std::string etag = strong_etag(text);
     if (has_etag(request, etag)) return not_modified(etag, ask_again);
     Reply reply{.content_type = "application/json", .body = std::move(text)};
     reply.headers = {{"ETag", etag}, {"Cache-Control", std::string(ask_again)}};

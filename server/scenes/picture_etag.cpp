@@ -8,8 +8,7 @@
 namespace relit::server {
 
 std::string picture_etag(std::string_view scene_text) {
-    const std::string all = fmt::format("{}\n{}\n{}", scene_text, RELIT_VERSION, picture_revision);
-    return '"' + sha256_hex(all).substr(0, 32) + '"';
+    return strong_etag(fmt::format("{}\n{}\n{}", scene_text, RELIT_VERSION, picture_revision));
 }
 
 }  // namespace relit::server

@@ -23,4 +23,8 @@ std::string sha256_hex(std::string_view bytes) {
     return hex;
 }
 
+std::string strong_etag(std::string_view bytes) {
+    return '"' + sha256_hex(bytes).substr(0, 32) + '"';
+}
+
 }  // namespace relit::server

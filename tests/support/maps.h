@@ -69,4 +69,18 @@ inline HeightField hills(int width, int height, std::uint64_t seed = 1) {
     });
 }
 
+/// Noise of 1 to 9 texels a side, masked every other time, on each kind of base in turn; relief 0.7,
+/// depth 0.05.
+inline Solid rough_solid(int trial, Random& random) {
+    const int width = 1 + int(random() * 9), height = 1 + int(random() * 9);
+    HeightField field = field_of(width, height, [&](int, int) { return random(); });
+    if (trial % 2 == 0) {
+        field.alpha = Image(width, height, 1);
+        for (float& a : field.alpha.values) a = random() < 0.6 ? 1.0f : 0.0f;
+    }
+    const Base bases[] = {
+        {}, {Base::Kind::automatic, 0}, {Base::Kind::level, 0.4}, {Base::Kind::level, -0.1}};
+    return make_solid(field, 0.7, bases[trial % 4], 0.05);
+}
+
 }  // namespace relit::test

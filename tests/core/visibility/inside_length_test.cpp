@@ -125,15 +125,7 @@ TEST(InsideLength, NeverShrinksWhenAHeightBetweenIsRaised) {
 TEST(InsideLength, EqualsBruteForceOnRandomRoughMasksAndRays) {
     Random random(11);
     for (int trial = 0; trial < 400; ++trial) {
-        const int width = 1 + int(random() * 9), height = 1 + int(random() * 9);
-        HeightField field = field_of(width, height, [&](int, int) { return random(); });
-        if (trial % 2 == 0) {
-            field.alpha = Image(width, height, 1);
-            for (float& a : field.alpha.values) a = random() < 0.6 ? 1.0f : 0.0f;
-        }
-        const Base bases[] = {
-            {}, {Base::Kind::automatic, 0}, {Base::Kind::level, 0.4}, {Base::Kind::level, -0.1}};
-        const Solid solid = make_solid(field, 0.7, bases[trial % 4], 0.05);
+        const Solid solid = rough_solid(trial, random);
         const double y_size = solid.y_size();
         const Vec3 from{random(), random() * y_size, random() * 0.8 - 0.05};
         Vec3 to{random() * 2 - 0.5, (random() * 2 - 0.5) * y_size, random()};
@@ -143,7 +135,7 @@ TEST(InsideLength, EqualsBruteForceOnRandomRoughMasksAndRays) {
         const double r = r_to_point(solid, from, to);
         EXPECT_NEAR(r, sampled_length(solid, from, normalized(to - from), distance, 20000),
                     0.002 * distance)
-            << "trial " << trial << ", map " << width << " x " << height;
+            << "trial " << trial << ", map " << solid.width << " x " << solid.height;
     }
 }
 

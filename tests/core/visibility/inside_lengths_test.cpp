@@ -136,15 +136,7 @@ TEST(InsideLengths, HoldOnRoughMapsOfEverySmallSize) {
     Random random(11);
     Errors errors;
     for (int trial = 0; trial < 400; ++trial) {
-        const int width = 1 + int(random() * 9), height = 1 + int(random() * 9);
-        HeightField field = field_of(width, height, [&](int, int) { return random(); });
-        if (trial % 2 == 0) {
-            field.alpha = Image(width, height, 1);
-            for (float& a : field.alpha.values) a = random() < 0.6 ? 1.0f : 0.0f;
-        }
-        const Base bases[] = {
-            {}, {Base::Kind::automatic, 0}, {Base::Kind::level, 0.4}, {Base::Kind::level, -0.1}};
-        const Solid solid = make_solid(field, 0.7, bases[trial % 4], 0.05);
+        const Solid solid = rough_solid(trial, random);
         std::vector<Vec3> starts(20);  // some beyond the border, some above the surface
         for (Vec3& p : starts)
             p = {random() * 1.2 - 0.1, (random() * 1.2 - 0.1) * solid.y_size(),
