@@ -143,9 +143,9 @@ int run(const Config& config, int signals) {
     RenderSlots renders({.max_running = renders_at_once(config, executor.threads()),
                          .max_waiting = limits.max_queue});
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
-    SharedCache decoded(limits.max_cache_bytes);
+    SharedCache cache(limits.max_cache_bytes);
     Metrics metrics;
-    Services services{images,  renders, decodes,     executor,        decoded,
+    Services services{images,  renders, decodes,     executor,        cache,
                       metrics, limits,  config.cors, config.data_dir, config.simd};
     const Router router(routes(limits));
     Server server(router, services, limits);

@@ -7,7 +7,7 @@
 
 #include "core/image/resample.h"
 #include "core/render/finish.h"
-#include "core/render/fringe.h"
+#include "core/render/prepared.h"
 #include "core/render/shader.h"
 
 namespace relit {
@@ -119,12 +119,11 @@ constexpr int tile_size = 16;  // of the squares that are shaded at a time: what
 
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
 Image shade(const Scene& scene, const Output& output, Rect part, const RenderControl& control) {
-    const HeightField& field = scene.field;
+    const HeightField& field = *scene.field;
     const Layer layer = output.layer;
-    const Shader shader(scene, output.transfer, environment_sampling(output), control.executor,
-                        control.simd);
-    std::optional<NearestSolid> nearest_solid;
-    if (!field.alpha.empty() && !is_stored(layer)) nearest_solid.emplace(field);
+    const Shader shader(scene, output.transfer, environment_sampling(output), control);
+    std::shared_ptr<const NearestSolid> nearest;
+    if (!field.alpha.empty() && !is_stored(layer)) nearest = nearest_solid(field, control.cache);
 
     Image image(part.width, part.height, channels_of(layer, field));
     const auto pixels_of = [&](Rect tile) {
@@ -137,7 +136,7 @@ Image shade(const Scene& scene, const Output& output, Rect part, const RenderCon
                 float* out = &image.row(y)[std::size_t(x) * image.channels];
                 if (image.channels == 4) out[3] = alpha;
                 std::optional<TexelIndex> source = TexelIndex{i, j};
-                if (nearest_solid && !field.is_solid(i, j)) source = nearest_solid->find(i, j);
+                if (nearest && !field.is_solid(i, j)) source = nearest->find(i, j);
                 if (!source) continue;
                 pixels.sources.push_back(*source);
                 pixels.out.push_back(out);
@@ -181,7 +180,7 @@ Image resized(Image image, Rect window, PictureSize size, const RenderControl& c
 // A preview may shade fewer texels where the whole map is asked for at a smaller size of its own
 // shape.
 bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize size) {
-    const HeightField& field = scene.field;
+    const HeightField& field = *scene.field;
     const bool same_shape =
         size.height == picture_size({.width = size.width}, field.width(), field.height()).height;
     return output.accuracy == Accuracy::preview && !output.region && same_shape &&
@@ -190,7 +189,7 @@ bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize
 
 Image render_part(const Scene& scene, const Output& output, PictureSize size,
                   const RenderControl& control) {
-    const HeightField& field = scene.field;
+    const HeightField& field = *scene.field;
     const Rect window = output.region.value_or(Rect{0, 0, field.width(), field.height()});
     assert(window.x >= 0 && window.y >= 0 && window.x + window.width <= field.width() &&
            window.y + window.height <= field.height());
@@ -205,19 +204,19 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
 }  // namespace
 
 Picture render(const Scene& scene, const Output& output, const RenderControl& control) {
-    const PictureSize size = picture_size(output, scene.field.width(), scene.field.height());
+    const PictureSize size = picture_size(output, scene.field->width(), scene.field->height());
     Picture picture;
     picture.coarse_map = may_shade_smaller_map(scene, output, size);
     picture.coarse_environment = output.accuracy == Accuracy::preview &&
                                  has_larger_environment(scene, preview_environment.max_texels);
     if (picture.coarse_map) {
-        const Scene small{.field = smaller_field(scene.field, size.width, size.height,
-                                                 control.executor, control.stop),
-                          .relief = scene.relief,
-                          .base = scene.base,
-                          .normal_scale = scene.normal_scale,
-                          .lights = scene.lights,
-                          .material = scene.material};
+        const Scene small{
+            .field = smaller_shared_field(*scene.field, size.width, size.height, control),
+            .relief = scene.relief,
+            .base = scene.base,
+            .normal_scale = scene.normal_scale,
+            .lights = scene.lights,
+            .material = scene.material};
         picture.pixels = render_part(small, output, size, control);
     } else {
         picture.pixels = render_part(scene, output, size, control);

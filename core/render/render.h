@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "core/base/parallel.h"
+#include "core/base/shared_cache.h"
 #include "core/base/simd.h"
 #include "core/render/output.h"
 #include "core/render/scene.h"
@@ -22,6 +23,8 @@ struct RenderControl {
     /// time.
     std::function<void(double)> progress{};
     Simd simd = best_simd();  ///< one that is available
+    /// Keeps what is made of maps that have a key for the next renders of them; null: it is not kept.
+    SharedCache* cache = nullptr;
 };
 
 struct Picture {

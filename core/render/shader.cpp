@@ -14,10 +14,12 @@ RayTarget target_of(const LightSample& sample) { return {sample.at, sample.at_in
 }  // namespace
 
 Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-               const Executor& executor, Simd simd)
+               const RenderControl& control)
     : scene_(scene),
-      solid_(make_solid(scene.field, scene.relief, scene.base, scene.material.depth)),
-      packets_(solid_, executor, simd),
+      field_(*scene.field),
+      prepared_(prepared_solid(scene, control)),
+      solid_(prepared_->solid),
+      packets_(prepared_->packets),
       first_light_samples_(0),
       base_(shading_colour(scene.material.base_colour, transfer)),
       diffuse_(shading_colour(scene.material.diffuse_colour, transfer)),
@@ -39,14 +41,14 @@ std::vector<Vec3> Shader::starts(std::span<const TexelIndex> texels) const {
     // A tile's rows lie far apart in memory: ask for all of them before waiting for the first.
     for (std::size_t k = 0; k < texels.size(); k += 16) {
         const int below = std::min(texels[k].j + 1, solid_.height - 1);
-        __builtin_prefetch(&scene_.field.heights.row(below)[texels[k].i]);
+        __builtin_prefetch(&field_.heights.row(below)[texels[k].i]);
         __builtin_prefetch(&solid_.z.row(texels[k].j + 1)[texels[k].i + 1]);
     }
     std::vector<Vec3> from(texels.size());
     std::vector<Slopes> slopes(texels.size());  // none: offset along the view
     if (scene_.material.offset == Offset::normal)
         for (std::size_t k = 0; k < texels.size(); ++k)
-            slopes[k] = slopes_at(scene_.field, scene_.relief, texels[k].i, texels[k].j);
+            slopes[k] = slopes_at(field_, scene_.relief, texels[k].i, texels[k].j);
     for (std::size_t k = 0; k < texels.size(); ++k)
         from[k] = {column_x_[texels[k].i], row_y_[texels[k].j],
                    solid_.z.at(texels[k].i + 1, texels[k].j + 1)};
@@ -56,7 +58,7 @@ std::vector<Vec3> Shader::starts(std::span<const TexelIndex> texels) const {
 }
 
 Vec3 Shader::normal(TexelIndex at) const {
-    return normal_from(slopes_at(scene_.field, scene_.relief, at.i, at.j), scene_.normal_scale);
+    return normal_from(slopes_at(field_, scene_.relief, at.i, at.j), scene_.normal_scale);
 }
 
 void Shader::illuminate(const LightSample& sample, std::span<const Vec3> from,
@@ -95,7 +97,7 @@ Rgb Shader::highlight(const LightSample& sample, Vec3 from, Vec3 normal) const {
 }
 
 Rgb Shader::albedo(TexelIndex at) const {
-    const Image& map = scene_.field.albedo;
+    const Image& map = field_.albedo;
     if (map.empty()) return {1, 1, 1};
     return {map.at(at.i, at.j, 0), map.at(at.i, at.j, 1), map.at(at.i, at.j, 2)};
 }

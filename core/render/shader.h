@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "core/base/rect.h"
-#include "core/render/scene.h"
-#include "core/visibility/inside_lengths.h"
+#include "core/render/prepared.h"
 
 namespace relit {
 
@@ -20,7 +19,7 @@ namespace relit {
 class Shader {
 public:
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-           const Executor& executor, Simd simd = best_simd());
+           const RenderControl& control);
 
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E.
     [[nodiscard]] std::vector<Rgb> beauty(std::span<const TexelIndex> texels,
@@ -49,8 +48,10 @@ private:
                             const Add& add) const;
 
     const Scene& scene_;
-    Solid solid_;
-    PacketSolid packets_;                   // of solid_
+    const HeightField& field_;
+    std::shared_ptr<const PreparedSolid> prepared_;
+    const Solid& solid_;
+    const PacketSolid& packets_;
     std::vector<double> column_x_, row_y_;  // scene units of texel centres
     std::vector<LightSample> samples_;      // of all lights, in the scene's order
     std::size_t first_light_samples_;       // how many of them are the first light's

@@ -117,6 +117,11 @@ struct PacketSolid::Copy {
             for (int p = 0; p < across; ++p) far.push_back(wide(p, q, 8, 4));
     }
 
+    [[nodiscard]] std::uint64_t bytes() const {
+        return std::uint64_t(grid.pitch) * (grid.rows + 1) * sizeof(float) +
+               (near.size() + far.size()) * sizeof(Bounds);
+    }
+
     float* row(int v) { return z.get() + margin + std::size_t(v) * grid.pitch; }
 };
 
@@ -136,6 +141,8 @@ PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd
 }
 
 PacketSolid::~PacketSolid() = default;
+
+std::uint64_t PacketSolid::bytes() const { return by_rows_->bytes() + by_columns_->bytes(); }
 
 void PacketSolid::inside_lengths(const RayTarget& target, std::span<const Vec3> from,
                                  std::span<double> r) const noexcept {

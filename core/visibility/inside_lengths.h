@@ -42,6 +42,9 @@ public:
     void inside_lengths(const RayTarget& target, std::span<const Vec3> from,
                         std::span<double> r) const noexcept;
 
+    /// Size in memory, without the solid's.
+    [[nodiscard]] std::uint64_t bytes() const;
+
 private:
     struct Copy;  // of the surface, one way round
     const Solid& solid_;

@@ -143,14 +143,18 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
         services.renders.wait_for_slot(request.deadline, request.client_gone, session);
     stages.done(RenderStage::queue);
     const Scene scene =
-        load_scene(job.scene, find, services.limits, services.executor, services.decoded);
+        load_scene(job.scene, find, services.limits, services.executor, services.cache);
     stages.done(RenderStage::decode);
     if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
     const Output output = picture_output(job.scene.output);
     Picture picture;
     Reply reply;
     in_time(request, slot.stop_token(), [&](const std::stop_token& stop) {
-        picture = render(scene, output, {services.executor, stop, {}, services.simd});
+        picture = render(scene, output,
+                         {.executor = services.executor,
+                          .stop = stop,
+                          .simd = services.simd,
+                          .cache = &services.cache});
         stages.done(RenderStage::render);
         reply.body = encode(picture.pixels, encode_options(job.scene.output, job.scene_text),
                             {services.executor, stop});
@@ -163,7 +167,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
     reply.headers["Relit-Accuracy"] = accuracy_text(output, picture);
     reply.headers["Cache-Control"] = caching.cacheable ? cache_for_good : "no-store";
     if (caching.cacheable) reply.headers["ETag"] = caching.etag;
-    if (const auto& range = scene.field.rescaled_from)
+    if (const auto& range = scene.field->rescaled_from)
         reply.headers["Relit-Height-Range"] =
             fmt::format("{} {}", float(range->min), float(range->max));
     return reply;

@@ -130,7 +130,7 @@ void exact_per_texel(benchmark::State& state) {
 
 Scene bench_scene(const Setting& setting) {
     Scene scene;
-    scene.field = terrain(setting.size);
+    scene.field = test::shared(terrain(setting.size));
     scene.relief = relief;
     scene.material.depth = depth;
     PointLight light;
@@ -142,7 +142,7 @@ Scene bench_scene(const Setting& setting) {
 void run_illumination(benchmark::State& state, const HeightField& field, Offset offset, Simd simd) {
     const Setting setting(state);
     Scene scene = bench_scene(setting);
-    scene.field = field;
+    scene.field = test::shared(field);
     scene.material.offset = offset;
     const Executor executor(setting.threads);
     Image d;

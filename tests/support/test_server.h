@@ -30,10 +30,10 @@ struct TestServices {
     server::RenderSlots renders{{.max_running = 1, .max_waiting = limits.max_queue}};
     server::RenderSlots decodes{{.max_running = 1, .max_waiting = limits.max_queue}};
     Executor executor{1};
-    server::SharedCache decoded{limits.max_cache_bytes};
+    SharedCache cache{limits.max_cache_bytes};
     server::Metrics metrics;
     server::Services services{
-        images, renders, decodes, executor, decoded, metrics, limits, {}, folder.path() / "data"};
+        images, renders, decodes, executor, cache, metrics, limits, {}, folder.path() / "data"};
 };
 
 class TestServer {

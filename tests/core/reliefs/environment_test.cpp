@@ -87,7 +87,7 @@ TEST_P(EnvironmentAgainstReference, AgreesWithTheFullSum) {
     const ReliefFile& file = relief_files[0];
     RELIT_SKIP_WITHOUT_DATA(c.file);
     Scene scene;
-    scene.field = load_relief(file);
+    scene.field = shared(load_relief(file));
     scene.base = c.base;
     scene.material.specular = {0.2, {0.7, 1}, true};
     scene.material.scatter.k = 0.3;
@@ -97,12 +97,12 @@ TEST_P(EnvironmentAgainstReference, AgreesWithTheFullSum) {
     sky.weighting = c.weighting;
     sky.radius = c.radius;
     scene.lights = {sky};
-    const Shader shader(scene, Transfer::srgb, final_environment, executor());
+    const Shader shader(scene, Transfer::srgb, final_environment, {executor()});
     double squares = 0, d_errors = 0;
     int pixels = 0;
     for (int j = 40; j < 500; j += 46)
         for (int i = 40; i < 500; i += 46) {
-            if (!scene.field.is_solid(i, j)) continue;
+            if (!scene.field->is_solid(i, j)) continue;
             const reference::Result expected = reference::shade(scene, i, j, 0.125);
             const TexelIndex at[] = {{i, j}};
             squares += encoded_error_squared(shader.beauty(at)[0], expected.colour);
@@ -121,15 +121,15 @@ INSTANTIATE_TEST_SUITE_P(Maps, EnvironmentAgainstReference, testing::ValuesIn(en
 // A 512 x 256 map has 131072 lights; a render gathers them.
 double gathered_psnr_db(const char* file, const Specular& specular, std::optional<double> radius) {
     Scene scene;
-    scene.field = smaller_field(load_relief(relief_files[4]), 79, 115, executor(), {});
+    scene.field = shared(smaller_field(load_relief(relief_files[4]), 79, 115, executor(), {}));
     scene.material.specular = specular;
     EnvironmentLight sky;
     sky.map = environment(file, 512, 256, false);
     sky.rotation = {40, 15};
     sky.radius = radius;
     scene.lights = {sky};
-    const Shader full(scene, Transfer::srgb, {.max_texels = 512 * 256}, executor());
-    const Shader gathered(scene, Transfer::srgb, final_environment, executor());
+    const Shader full(scene, Transfer::srgb, {.max_texels = 512 * 256}, {executor()});
+    const Shader gathered(scene, Transfer::srgb, final_environment, {executor()});
     std::vector<double> squares(11);
     parallel_rows(executor(), int(squares.size()), {}, [&](RowRange rows) {
         for (int row = rows.begin; row < rows.end; ++row)
