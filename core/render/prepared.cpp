@@ -2,6 +2,8 @@
 
 #include <sstream>
 
+#include "core/field/normals.h"
+
 namespace relit {
 namespace {
 
@@ -30,11 +32,29 @@ std::uint64_t bytes_of(const HeightField& field) {
            field.no_height.size() / 8;
 }
 
+std::uint64_t bytes_of(const PreparedSolid& prepared) {
+    return prepared.solid.bytes() + prepared.packets.bytes() + bytes_of(prepared.slopes);
+}
+
+Image slopes_of(const HeightField& field, double relief, const Executor& executor) {
+    Image slopes(field.width(), field.height(), 2);
+    parallel_rows(executor, field.height(), {}, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < field.width(); ++i) {
+                const Slopes at = slopes_at(field, relief, i, j);
+                slopes.at(i, j, 0) = float(at.x);
+                slopes.at(i, j, 1) = float(at.y);
+            }
+    });
+    return slopes;
+}
+
 }  // namespace
 
 PreparedSolid::PreparedSolid(const Scene& scene, const RenderControl& control)
     : solid(make_solid(*scene.field, scene.relief, scene.base, scene.material.depth)),
-      packets(solid, control.executor, control.simd) {}
+      packets(solid, control.executor, control.simd),
+      slopes(slopes_of(*scene.field, scene.relief, control.executor)) {}
 
 std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
                                                     const RenderControl& control) {
@@ -44,7 +64,7 @@ std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
                has_depth ? scene.material.depth : 0, int(control.simd), scene.field->shape_key);
     return shared<PreparedSolid>(control.cache, *scene.field, key, [&] {
         auto made = std::make_shared<const PreparedSolid>(scene, control);
-        return SharedCache::Made<PreparedSolid>{made, made->solid.bytes() + made->packets.bytes()};
+        return SharedCache::Made<PreparedSolid>{made, bytes_of(*made)};
     });
 }
 

@@ -11,10 +11,11 @@
 
 namespace relit {
 
-/// A solid and its form for packets of rays.
+/// A solid, its form for packets of rays, and its slopes.
 struct PreparedSolid {
     Solid solid;
     PacketSolid packets;  ///< of `solid`
+    Image slopes;         ///< dz/dx and dz/dy of every texel (normals.h)
 
     PreparedSolid(const Scene& scene, const RenderControl& control);
 };
