@@ -36,14 +36,20 @@ const Curve& srgb_curve() {
 
 }  // namespace
 
-float linear_to_srgb(float linear) {
-    if (!(linear > 0)) return 0;
-    if (linear >= 1) return 1;
-    if (linear <= 0.0031308f) return 12.92f * linear;
+void encode_srgb(std::span<float> values) {
     const Curve& curve = srgb_curve();
-    const float position = std::sqrt(linear) * curve_steps;
-    const int i = int(position);
-    return curve[i] + (position - float(i)) * (curve[i + 1] - curve[i]);
+    for (float& value : values) {
+        const float linear = value > 0 ? value < 1 ? value : 1 : 0;  // NaN is 0
+        const float position = std::sqrt(linear) * curve_steps;
+        const int i = int(position);
+        const float curved = curve[i] + (position - float(i)) * (curve[i + 1] - curve[i]);
+        value = linear <= 0.0031308f ? 12.92f * linear : linear < 1 ? curved : 1;
+    }
+}
+
+float linear_to_srgb(float linear) {
+    encode_srgb({&linear, 1});
+    return linear;
 }
 
 Rgb shading_colour(const Colour& colour, Transfer transfer) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "core/image/image.h"
 
@@ -34,6 +35,9 @@ constexpr double luminance(Rgb c) { return c.r + 0.7152 * (c.g - c.r) + 0.0722 *
 /// Linear number -> sRGB-encoded. Numbers outside [0, 1] are clipped, NaN gives 0. Within 1e-6 of
 /// the formula.
 [[nodiscard]] float linear_to_srgb(float linear);
+
+/// linear_to_srgb() of each.
+void encode_srgb(std::span<float> values);
 
 /// What the numbers of a picture mean between file and shading (integrated model, section 7).
 enum class Transfer {

@@ -17,17 +17,38 @@ Image over(const Image& picture, Rgb colour) {
     return result;
 }
 
-template <class Value>
-void map_colour_rows(Image& image, const Executor& executor, const std::stop_token& stop,
-                     const Value& value) {
-    const int colours = 3;
+// Calls `change` with the colours of each row, alpha left out.
+template <class Change>
+void change_colours(Image& image, const Executor& executor, const std::stop_token& stop,
+                    const Change& change) {
     parallel_rows(executor, image.height, stop, [&](RowRange rows) {
+        std::vector<float> colours;
         for (int y = rows.begin; y < rows.end; ++y) {
-            float* texel = image.row(y).data();
-            for (int x = 0; x < image.width; ++x, texel += image.channels)
-                for (int c = 0; c < colours; ++c) texel[c] = value(texel[c]);
+            const std::span<float> row = image.row(y);
+            if (image.channels == 3) {
+                change(row);
+                continue;
+            }
+            colours.resize(std::size_t(image.width) * 3);
+            for (std::size_t x = 0; x < std::size_t(image.width); ++x)
+                std::copy_n(&row[4 * x], 3, &colours[3 * x]);
+            change(std::span<float>(colours));
+            for (std::size_t x = 0; x < std::size_t(image.width); ++x)
+                std::copy_n(&colours[3 * x], 3, &row[4 * x]);
         }
     });
+}
+
+void expose(std::span<float> colours, const Output& output) {
+    const float gain = float(std::exp2(output.exposure));
+    if (output.tone == Tone::filmic)
+        for (float& v : colours) v = filmic(gain * v);
+    else if (gain != 1)
+        for (float& v : colours) v *= gain;
+}
+
+bool is_encoded(const Output& output) {
+    return !output.linear && output.transfer == Transfer::srgb;
 }
 
 }  // namespace
@@ -52,18 +73,24 @@ void unassociate_alpha(Image& image) {
     }
 }
 
+bool is_finished_by_colours(const Output& output, bool has_alpha) {
+    return !has_alpha || !(output.background || output.linear);
+}
+
+void finish_colours(std::span<float> colours, const Output& output) {
+    expose(colours, output);
+    if (is_encoded(output)) encode_srgb(colours);
+}
+
 void finish_beauty(Image& image, const Output& output, const Executor& executor,
                    const std::stop_token& stop) {
-    const float gain = float(std::exp2(output.exposure));
-    const bool toned = output.tone == Tone::filmic;
-    if (gain != 1 || toned)
-        map_colour_rows(image, executor, stop,
-                        [&](float v) { return toned ? filmic(gain * v) : gain * v; });
-    if (output.background && image.channels == 4)
-        image = over(image, shading_colour(*output.background, output.transfer));
+    const auto change = [&](const auto& how) { change_colours(image, executor, stop, how); };
+    if (is_finished_by_colours(output, image.channels == 4))
+        return change([&](std::span<float> row) { finish_colours(row, output); });
+    change([&](std::span<float> row) { expose(row, output); });
+    if (output.background) image = over(image, shading_colour(*output.background, output.transfer));
     if (output.linear) associate_alpha(image);
-    else if (output.transfer == Transfer::srgb)
-        map_colour_rows(image, executor, stop, linear_to_srgb);
+    if (is_encoded(output)) change([](std::span<float> row) { encode_srgb(row); });
 }
 
 void finish_data(Image& image, const Output& output) {

@@ -14,6 +14,12 @@ void associate_alpha(Image& image);
 /// Divides it out again; colour is 0 where alpha is.
 void unassociate_alpha(Image& image);
 
+/// Whether a finished beauty picture needs nothing but its colours finished, number by number.
+[[nodiscard]] bool is_finished_by_colours(const Output& output, bool has_alpha);
+
+/// Exposure, tone and sRGB of numbers of a beauty picture of that kind, in place.
+void finish_colours(std::span<float> colours, const Output& output);
+
 /// Finishes a beauty picture in place: linear light, 3 or 4 channels, alpha unassociated.
 /// Exposure and tone first, then the background is laid under it (and alpha goes), then sRGB, or
 /// for a linear file alpha is associated. @throws Error cancelled

@@ -59,18 +59,35 @@ private:
     std::array<float*, RayTile::max_rays> out_;
 };
 
-// Each pixel's numbers in a row. What is beyond all floats is the largest.
-void store(const TilePixels& pixels, const float* values, int channels) {
-    for (int k = 0; k < pixels.size(); ++k, values += channels) {
-        float* out = pixels.out(k);
+// One channel after the other. What is beyond all floats is the largest.
+void store(const TilePixels& pixels, std::span<const float> values) {
+    const auto stored = [](float value) {
+        return std::min(value, std::numeric_limits<float>::max());
+    };
+    const std::size_t size = pixels.size(), channels = values.size() / size;
+    for (std::size_t k = 0; k < size; ++k) {
+        float* out = pixels.out(int(k));
         if (!out) continue;
-        for (int c = 0; c < channels; ++c)
-            out[c] = std::min(values[c], std::numeric_limits<float>::max());
+        for (std::size_t c = 0; c < channels; ++c) out[c] = stored(values[c * size + k]);
     }
 }
 
-// The numbers of `layer`, without alpha.
-void shade_tile(const Shader& shader, const HeightField& field, Layer layer,
+// A grey picture is finished once for all three channels.
+void finish_triples(std::span<float> triples, const Output& output) {
+    const std::size_t size = triples.size() / 3;
+    const std::span<float> red = triples.first(size), green = triples.subspan(size, size),
+                           blue = triples.last(size);
+    if (!std::equal(red.begin(), red.end(), green.begin()) ||
+        !std::equal(red.begin(), red.end(), blue.begin()))
+        return finish_colours(triples, output);
+    finish_colours(red, output);
+    std::copy(red.begin(), red.end(), green.begin());
+    std::copy(red.begin(), red.end(), blue.begin());
+}
+
+// The numbers of the output's layer, without alpha.
+// @param finish  beauty is finished at once
+void shade_tile(const Shader& shader, const HeightField& field, const Output& output, bool finish,
                 const TilePixels& pixels, const std::stop_token& stop) {
     alignas(64) std::array<float, 3 * std::size_t(RayTile::max_rays)> values;
     const std::span<const TexelIndex> texels = pixels.sources();
@@ -80,14 +97,15 @@ void shade_tile(const Shader& shader, const HeightField& field, Layer layer,
         for (std::size_t k = 0; k < texels.size(); ++k)
             numbers[k] = image.empty() ? 1 : image.at(texels[k].i, texels[k].j);
     };
-    switch (layer) {
+    switch (output.layer) {
         case Layer::beauty:
             shader.beauty(texels, stop, triples);
-            return store(pixels, values.data(), 3);
+            if (finish) finish_triples(triples, output);
+            return store(pixels, triples);
         case Layer::normal:
             shader.normal(texels, triples);
             for (float& v : triples) v = 0.5f * v + 0.5f;
-            return store(pixels, values.data(), 3);
+            return store(pixels, triples);
         case Layer::illumination:
             shader.illumination(texels, stop, numbers);
             break;
@@ -109,7 +127,7 @@ void shade_tile(const Shader& shader, const HeightField& field, Layer layer,
             fill(field.alpha);
             break;
     }
-    store(pixels, values.data(), 1);
+    store(pixels, numbers);
 }
 
 // Layers that are stored, not shaded: every texel has its own number.
@@ -200,7 +218,9 @@ private:
 };
 
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
-Image shade(const Scene& scene, const Output& output, Rect part, const RenderControl& control) {
+// @param finish  colour as it is after finish_beauty()
+Image shade(const Scene& scene, const Output& output, Rect part, bool finish,
+            const RenderControl& control) {
     const HeightField& field = *scene.field;
     const Layer layer = output.layer;
     const Shader shader(scene, output.transfer, environment_sampling(output), control);
@@ -218,7 +238,7 @@ Image shade(const Scene& scene, const Output& output, Rect part, const RenderCon
             const Rect square{(first_x + n % across) * tile_size,
                               (first_y + n / across) * tile_size, tile_size, tile_size};
             shading.shade_square(square, [&](const TilePixels& pixels) {
-                shade_tile(shader, field, layer, pixels, control.stop);
+                shade_tile(shader, field, output, finish, pixels, control.stop);
             });
             progress.tile_done();
         }
@@ -232,9 +252,6 @@ void cut_thickness(Image& image) {
 }
 
 Image resized(Image image, Rect window, PictureSize size, const RenderControl& control) {
-    if (window == Rect{0, 0, size.width, size.height} && image.width == size.width &&
-        image.height == size.height)
-        return image;
     associate_alpha(image);
     image = resample(image, window, size.width, size.height, control.executor, control.stop);
     if (image.channels == 4)
@@ -263,10 +280,18 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
            window.y + window.height <= field.height());
     const Rect part =
         resample_support(window, size.width, size.height, field.width(), field.height());
-    Image image = shade(scene, output, part, control);
+    const bool is_own_size =
+        part == window && size.width == window.width && size.height == window.height;
+    const bool is_beauty = output.layer == Layer::beauty;
+    const bool finish =
+        is_beauty && is_own_size && is_finished_by_colours(output, !field.alpha.empty());
+    Image image = shade(scene, output, part, finish, control);
     if (output.layer == Layer::thickness && !output.linear) cut_thickness(image);
     const Rect window_in_part{window.x - part.x, window.y - part.y, window.width, window.height};
-    return resized(std::move(image), window_in_part, size, control);
+    if (!is_own_size) image = resized(std::move(image), window_in_part, size, control);
+    if (is_beauty && !finish) finish_beauty(image, output, control.executor, control.stop);
+    if (!is_beauty) finish_data(image, output);
+    return image;
 }
 
 }  // namespace
@@ -289,9 +314,6 @@ Picture render(const Scene& scene, const Output& output, const RenderControl& co
     } else {
         picture.pixels = render_part(scene, output, size, control);
     }
-    if (output.layer == Layer::beauty)
-        finish_beauty(picture.pixels, output, control.executor, control.stop);
-    else finish_data(picture.pixels, output);
     return picture;
 }
 

@@ -123,9 +123,9 @@ void Shader::normal(std::span<const TexelIndex> texels, std::span<float> xyz) co
     load_slopes(texels, 1, x.data(), y.data());
     for (std::size_t k = 0; k < texels.size(); ++k) {
         const Vec3 n = normal_from({x[k], y[k]}, scene_.normal_scale);
-        xyz[3 * k] = float(n.x);
-        xyz[3 * k + 1] = float(n.y);
-        xyz[3 * k + 2] = float(n.z);
+        xyz[k] = float(n.x);
+        xyz[k + texels.size()] = float(n.y);
+        xyz[k + 2 * texels.size()] = float(n.z);
     }
 }
 
@@ -281,19 +281,20 @@ void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& s
                            float(m.specular.k * specular_.b)};
     const Numbers* diffuse_light[] = {&diffuse.r, &diffuse.g, &diffuse.b};
     const Numbers* glossy_light[] = {&glossy.r, &glossy.g, &glossy.b};
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c) {
+        const std::span<float> out = rgb.subspan(c * texels.size(), texels.size());
         for (std::size_t k = 0; k < texels.size(); ++k)
-            rgb[3 * k + c] = colour[c] * (*diffuse_light[c])[k];
-    if (!field_.albedo.empty())
-        for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
-            const float* albedo = &field_.albedo.row(at.j)[3 * std::size_t(at.i)];
-            for (std::size_t n = 0; n < 3 * size; ++n) rgb[3 * k + n] *= albedo[n];
-        });
-    for (int c = 0; c < 3; ++c)
-        for (std::size_t k = 0; k < texels.size(); ++k) {
-            rgb[3 * k + c] += base[c];
-            if (mirrored) rgb[3 * k + c] += shine[c] * (*glossy_light[c])[k];
-        }
+            out[k] = colour[c] * (*diffuse_light[c])[k];
+        if (!field_.albedo.empty())
+            for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
+                const float* albedo = &field_.albedo.row(at.j)[3 * std::size_t(at.i) + c];
+                for (std::size_t n = 0; n < size; ++n) out[k + n] *= albedo[3 * n];
+            });
+        for (float& v : out) v += base[c];
+        if (mirrored)
+            for (std::size_t k = 0; k < texels.size(); ++k)
+                out[k] += shine[c] * (*glossy_light[c])[k];
+    }
 }
 
 void Shader::illumination(std::span<const TexelIndex> texels, const std::stop_token& stop,

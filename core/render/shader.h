@@ -22,7 +22,7 @@ public:
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
            const RenderControl& control);
 
-    /// c of section 5: (1 - k_s) c_B + sum over lights of w E.
+    /// c of section 5: (1 - k_s) c_B + sum over lights of w E. All reds first, then greens, blues.
     void beauty(std::span<const TexelIndex> texels, const std::stop_token& stop,
                 std::span<float> rgb) const;
     /// Weighted mean of d over the first light's samples.
@@ -34,7 +34,7 @@ public:
     void specular(std::span<const TexelIndex> texels, std::span<float> s) const;
     /// Weighted mean of f over the first light's samples.
     void scatter(std::span<const TexelIndex> texels, std::span<float> f) const;
-    /// Unit normal with normalScale.
+    /// Unit normal with normalScale. All x first, then y, z.
     void normal(std::span<const TexelIndex> texels, std::span<float> xyz) const;
 
 private:

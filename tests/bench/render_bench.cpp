@@ -188,9 +188,14 @@ void relit_with(benchmark::State& state) {
 
 void relit_picture(benchmark::State& state) {
     const Setting setting(state);
-    const Scene scene = bench_scene(setting);
+    Scene scene = bench_scene(setting);
+    HeightField field = terrain_of(state);
+    field.key = field.shape_key = "map";
+    scene.field = test::shared(std::move(field));
     const Executor executor(setting.threads);
-    for (auto _ : state) benchmark::DoNotOptimize(render(scene, {}, {executor}));
+    SharedCache cache(std::uint64_t(1) << 32);
+    for (auto _ : state)
+        benchmark::DoNotOptimize(render(scene, {}, {.executor = executor, .cache = &cache}));
 }
 
 void settings(benchmark::internal::Benchmark* bench) {
