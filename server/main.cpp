@@ -144,6 +144,7 @@ int run(const Config& config, int signals) {
                                         .built_in = std::move(shipped)});
     check_streams(limits);
     Executor executor(config.threads);
+    check_batch_renders(limits, executor.threads());
     RenderSlots renders({.max_running = renders_at_once(config, executor.threads()),
                          .max_waiting = limits.max_queue});
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});

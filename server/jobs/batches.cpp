@@ -20,7 +20,7 @@ Error no_such_batch() { return {error_code::not_found, "There is no batch with t
 
 int workers_of(const BatchNeeds& needs) {
     const int wanted = needs.limits.max_batch_renders;
-    return wanted > 0 ? std::min(wanted, needs.threads) : needs.threads;
+    return wanted > 0 ? wanted : needs.threads;
 }
 
 // While requests are rendered; at least one, so that batches go on.
@@ -77,13 +77,14 @@ Batches::Batches(const std::filesystem::path& folder, const BatchNeeds& needs)
 Batches::~Batches() = default;
 
 void Batches::start() {
-    hold_images_of_unfinished();
+    hold_images_of_unfinished("");
     runner_.start();
 }
 
-// An image that is gone is found out by its frames.
-void Batches::hold_images_of_unfinished() try {
+// Of one batch, or of all. An image that is gone is found out by its frames.
+void Batches::hold_images_of_unfinished(const std::string& only) try {
     for (const auto& [batch, ids] : store_.unfinished()) {
+        if (!only.empty() && batch != only) continue;
         HeldImages held;
         for (const std::string& id : ids) try {
                 held[id] = needs_.images.get(id);
@@ -148,9 +149,10 @@ void Batches::remove(const std::string& id) {
 
 void Batches::retry(const std::string& id) {
     if (!store_.retry_failed(id)) throw no_such_batch();
-    hold_images_of_unfinished();
+    hold_images_of_unfinished(id);
     runner_.wake();
-    changed(id, false);
+    const auto batch = store_.find(id);  // it may have ended before its images were held
+    changed(id, !batch || batch->finished);
 }
 
 BatchFacts Batches::find(const std::string& id) {

@@ -82,7 +82,7 @@ public:
     [[nodiscard]] static std::string new_id();
 
 private:
-    void hold_images_of_unfinished();
+    void hold_images_of_unfinished(const std::string& only);
     void changed(const std::string& batch, bool finished);
 
     const BatchNeeds needs_;

@@ -100,7 +100,7 @@ void measure(int frames) {
         RelitProcess relitd({.flags = {"--log-level=warn"}});
         const double batch = batch_rate(relitd.port(), frames);
         const double drag = drag_rate(relitd.port(), 5s);
-        const std::string id = submit_orbit(relitd.port(), 100 * frames);
+        const std::string id = submit_orbit(relitd.port(), 10'000);
         std::this_thread::sleep_for(500ms);
         const int before = batch_at(relitd.port(), id)["done"];
         const double drag_beside = drag_rate(relitd.port(), 5s);
