@@ -34,8 +34,10 @@ RenderedFrame render_frame(const std::string& text, const std::stop_token& stop,
                            const Executor& executor, const BatchNeeds& needs) {
     const SceneDescription description = parse_scene(text, needs.limits.max_lights);
     const auto find = [&](const ImageSource& source) { return needs.images.get(source.text); };
-    const Scene scene = load_scene(description, find, needs.limits, executor, needs.decoded);
-    PictureFile file = picture_file(scene, description, text, {executor, stop, {}, needs.simd});
+    const Scene scene = load_scene(description, find, needs.limits, executor, needs.cache);
+    PictureFile file = picture_file(
+        scene, description, text,
+        {.executor = executor, .stop = stop, .simd = needs.simd, .cache = &needs.cache});
     needs.metrics.rendered_pixels +=
         std::uint64_t(file.picture.pixels.width) * std::uint64_t(file.picture.pixels.height);
     return {std::move(file.bytes), std::string(media_type_of(description.output.format))};

@@ -41,7 +41,7 @@ double bare_rate(int renders, int threads, std::chrono::seconds time) {
     for (int w = 0; w < renders; ++w)
         workers.emplace_back([&] {
             const Executor executor(threads);
-            server::SharedCache cache(64 << 20);
+            SharedCache cache(64 << 20);
             const auto find = [](const server::ImageSource&) {
                 return server::SharedBytes{nullptr, relief().bytes};
             };
@@ -49,7 +49,8 @@ double bare_rate(int renders, int threads, std::chrono::seconds time) {
                 const auto scene = server::parse_scene(orbit_scene(frames * 0.18).dump(), 1);
                 const auto text = server::scene_json(scene);
                 const Scene loaded = server::load_scene(scene, find, {}, executor, cache);
-                (void)server::picture_file(loaded, scene, text, {executor});
+                (void)server::picture_file(loaded, scene, text,
+                                           {.executor = executor, .cache = &cache});
                 ++frames;
             }
         });
