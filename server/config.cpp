@@ -48,14 +48,14 @@ CLI::Option* size_setting(CLI::App& app, const std::string& flag, std::size_t& v
 }
 
 CLI::Option* time_setting(CLI::App& app, const std::string& flag, std::chrono::seconds& value,
-                          const std::string& sentence) {
+                          const std::string& sentence, int longest = 86400) {
     return app
         .add_option_function<int>(
             flag, [&value](int seconds) { value = std::chrono::seconds(seconds); },
             sentence + ", in seconds")
         ->envname(variable_of(flag))
         ->default_str(std::to_string(value.count()))
-        ->check(CLI::Range(1, 86400));
+        ->check(CLI::Range(1, longest));
 }
 
 void read_origins(const std::string& text, CorsPolicy& policy) {
@@ -78,6 +78,27 @@ Simd simd_of(const std::string& name) {
         if (name_of(simd) == name) return simd;
     throw CLI::ValidationError(
         "--simd", "'" + name + "' is none of what this processor has: " + simd_names());
+}
+
+void add_batch_settings(CLI::App& app, Limits& limits) {
+    size_setting(app, "--max-batch-bytes", limits.max_batch_bytes, "The JSON of a batch");
+    setting(app, "--max-batch-frames", limits.max_batch_frames, "Frames of a batch")
+        ->check(CLI::Range(1, 1'000'000));
+    setting(app, "--max-unfinished-batches", limits.max_unfinished_batches,
+            "Batches that wait or run; more are refused with 503")
+        ->check(CLI::Range(1, 1'000'000));
+    setting(app, "--max-batch-renders", limits.max_batch_renders,
+            "Frames of batches rendered at once, at most one per thread; 0: one for every thread")
+        ->check(CLI::Range(0, 1024));
+    setting(app, "--batch-share", limits.batch_share,
+            "Percent of them, one at least, that go on while requests are rendered")
+        ->check(CLI::Range(1, 100));
+    size_setting(app, "--max-results", limits.max_result_bytes,
+                 "Pictures of all batches together; those finished first go first");
+    time_setting(app, "--batch-frame-timeout", limits.batch_frame_timeout,
+                 "From the beginning of a frame to its picture");
+    time_setting(app, "--batch-expiry", limits.batch_expiry,
+                 "How long a finished batch and its pictures are kept", 10 * 365 * 86400);
 }
 
 void add_settings(CLI::App& app, Config& config) {
@@ -113,6 +134,10 @@ void add_settings(CLI::App& app, Config& config) {
     setting(app, "--max-queue", limits.max_queue,
             "Renders that may wait; more are refused with 503")
         ->check(CLI::Range(0, 1'000'000));
+    setting(app, "--max-streams", limits.max_streams,
+            "Event streams and archives at once, fewer than connections; 0: 80 % of those")
+        ->check(CLI::Range(0, 20'000));
+    add_batch_settings(app, limits);
     setting(app, "--max-decodes", limits.max_decodes, "Uploads decoded at once")
         ->check(CLI::Range(1, 1024));
 
@@ -197,6 +222,20 @@ ConfigOrExit read_config(int argc, const char* const* argv, const char* const* e
     }
     list_settings(app, result.config);
     return result;
+}
+
+void check_batch_renders(const Limits& limits, int threads) {
+    if (limits.max_batch_renders > threads)
+        throw std::runtime_error("--max-batch-renders " + std::to_string(limits.max_batch_renders) +
+                                 " is more than the " + std::to_string(threads) +
+                                 " threads that render (--threads)");
+}
+
+void check_streams(const Limits& limits) {
+    if (limits.max_streams >= limits.max_connections)
+        throw std::runtime_error("--max-streams " + std::to_string(limits.max_streams) +
+                                 " leaves none of " + std::to_string(limits.max_connections) +
+                                 " connections (--max-connections) for other requests");
 }
 
 int renders_at_once(const Config& config, int threads) {

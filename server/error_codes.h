@@ -28,6 +28,7 @@ inline constexpr std::string_view duplicate_field = "duplicate-field";
 // The server at this moment.
 inline constexpr std::string_view conflict = "conflict";      ///< not with what is there now
 inline constexpr std::string_view superseded = "superseded";  ///< a newer request of the session
+inline constexpr std::string_view key_reused = "idempotency-key-reused";
 inline constexpr std::string_view queue_full = "queue-full";
 inline constexpr std::string_view memory_full = "memory-full";
 inline constexpr std::string_view timed_out = "timed-out";
@@ -35,6 +36,8 @@ inline constexpr std::string_view shutting_down = "shutting-down";
 inline constexpr std::string_view not_ready = "not-ready";  ///< /readyz: somebody has to look
 inline constexpr std::string_view storage_full = "storage-full";
 inline constexpr std::string_view storage_failed = "storage-failed";
+inline constexpr std::string_view batches_unavailable = "batches-unavailable";
+inline constexpr std::string_view worker_lost = "worker-lost";  ///< a frame took its worker along
 inline constexpr std::string_view internal = "internal";
 
 }  // namespace relit::error_code

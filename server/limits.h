@@ -33,7 +33,19 @@ struct Limits {
     std::size_t max_cache_bytes = 512u
                                   << 20;  ///< decoded maps kept for the requests that come after
 
+    // Batches.
+    std::size_t max_batch_bytes = 64u << 20;  ///< the body that submits one
+    int max_batch_frames = 10'000;            ///< of one batch
+    int max_unfinished_batches = 10'000;
+    int max_batch_renders = 0;  ///< frames rendered at once; 0: one for every thread
+    int batch_share = 50;  ///< percent of them that may begin while requests are being rendered
+    std::size_t max_result_bytes = 20ull
+                                   << 30;  ///< pictures of all batches; finished ones go for new
+    std::chrono::seconds batch_frame_timeout{600};
+    std::chrono::seconds batch_expiry{7 * 86400};  ///< of a batch after its last frame
+
     // How much goes on at once.
+    int max_streams = 0;  ///< replies that are made while they are sent; 0: 80 % of max_connections
     int max_connections = 256;
     int max_renders = 0;  ///< 0: one for every two threads
     int max_queue = 64;  ///< renders that wait, and apart from them uploads that wait to be decoded
@@ -49,6 +61,11 @@ struct Limits {
         32 << 10;  ///< of a body or reply, on average, after write_timeout
     std::chrono::seconds render_timeout{60};  ///< from the arrival of a request to its picture
     std::chrono::seconds stop_timeout{20};    ///< for the requests under way when the server stops
+
+    /// Streams hold a connection each; the rest is left for requests that end.
+    [[nodiscard]] int streams_at_once() const {
+        return max_streams > 0 ? max_streams : max_connections * 4 / 5;
+    }
 };
 
 /// What of it the decoder is to hold files to.

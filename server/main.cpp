@@ -112,7 +112,7 @@ void stop_gracefully(Server& server, int signals, int finished, std::chrono::sec
 }
 
 // @return the exit status
-int serve_until_stopped(Server& server, int signals, const Config& config) {
+int serve_until_stopped(Server& server, Batches& batches, int signals, const Config& config) {
     const int finished = ::eventfd(0, EFD_CLOEXEC);
     bool failed = false;
     std::thread serving([&] {
@@ -124,9 +124,12 @@ int serve_until_stopped(Server& server, int signals, const Config& config) {
         }
         ::eventfd_write(finished, 1);
     });
-    if (wait_for_event(signals, finished, std::nullopt) == Event::signal)
+    if (wait_for_event(signals, finished, std::nullopt) == Event::signal) {
+        batches.drain();
         stop_gracefully(server, signals, finished, config.limits.stop_timeout);
+    }
     serving.join();
+    batches.stop();
     ::close(finished);
     spdlog::info("stopped");
     return failed ? 1 : 0;
@@ -139,13 +142,22 @@ int run(const Config& config, int signals) {
     ImageStore images(config.data_dir, {.decode = decode_limits(limits),
                                         .max_bytes = limits.max_storage_bytes,
                                         .built_in = std::move(shipped)});
+    check_streams(limits);
     Executor executor(config.threads);
+    check_batch_renders(limits, executor.threads());
     RenderSlots renders({.max_running = renders_at_once(config, executor.threads()),
                          .max_waiting = limits.max_queue});
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
     SharedCache cache(limits.max_cache_bytes);
     Metrics metrics;
-    Services services{images,  renders, decodes,     executor,        cache,
+    Batches batches(config.data_dir / "batches", {.images = images,
+                                                  .cache = cache,
+                                                  .renders = renders,
+                                                  .metrics = metrics,
+                                                  .limits = limits,
+                                                  .threads = executor.threads(),
+                                                  .simd = config.simd});
+    Services services{images,  renders, batches,     decodes,         executor,   cache,
                       metrics, limits,  config.cors, config.data_dir, config.simd};
     const Router router(routes(limits));
     Server server(router, services, limits);
@@ -154,7 +166,8 @@ int run(const Config& config, int signals) {
     std::printf("relitd listens on http://%s%s%s:%d\n", is_ipv6 ? "[" : "", config.host.c_str(),
                 is_ipv6 ? "]" : "", port);
     std::fflush(stdout);
-    return serve_until_stopped(server, signals, config);
+    batches.start();
+    return serve_until_stopped(server, batches, signals, config);
 }
 
 }  // namespace

@@ -113,6 +113,10 @@ std::string metrics_text(const Metrics& metrics, std::string_view version,
     write_sample(text, "relit_build_info", {{"version", std::string(version)}}, 1);
     write_http(text, metrics);
     write_renders(text, metrics);
+    write_head(text, "relit_batch_frames_total", "counter", "Frames of batches that have ended.");
+    for (std::size_t i = 0; i < 2; ++i)
+        write_sample(text, "relit_batch_frames_total", {{"result", i == 0 ? "done" : "failed"}},
+                     metrics.batch_frames[i].load());
     const auto counter = [&](std::string_view name, std::string_view help, const Count& count) {
         write_head(text, name, "counter", help);
         write_sample(text, name, {}, count.load());

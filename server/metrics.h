@@ -114,6 +114,7 @@ struct Metrics {
     Family<std::string_view, Count> errors;             ///< by code
     std::array<Histogram, render_stage_names.size()> stage_times;  ///< by RenderStage
     std::array<Count, render_result_names.size()> renders{};       ///< by RenderResult
+    std::array<Count, 2> batch_frames{};                           ///< done, failed
     Count rendered_pixels{0};
     Traffic traffic;
     std::atomic<int> connections{0};  ///< open now

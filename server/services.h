@@ -8,6 +8,7 @@
 #include "core/base/shared_cache.h"
 #include "core/base/simd.h"
 #include "server/http/cors.h"
+#include "server/jobs/batches.h"
 #include "server/jobs/render_slots.h"
 #include "server/limits.h"
 #include "server/metrics.h"
@@ -18,6 +19,7 @@ namespace relit::server {
 struct Services {
     ImageStore& images;
     RenderSlots& renders;  ///< who may render, and who waits
+    Batches& batches;
     RenderSlots& decodes;  ///< who may decode an upload: one image is three times its pixels in memory
     Executor& executor;
     SharedCache& cache;  ///< decoded maps, and what is made of them, that requests share

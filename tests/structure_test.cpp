@@ -87,6 +87,7 @@ TEST(Structure, EachLibraryIsKnownToOneFolder) {
         {"httplib.h", "server/http/server.cpp"},
         {"nlohmann/", "server/schema/"},
         {"openssl/", "server/storage/"},
+        {"sqlite3.h", "server/jobs/"},
         {"isa-l/", "core/io/"},
         {"turbojpeg.h", "core/io/"},
     };

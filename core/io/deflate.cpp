@@ -110,6 +110,10 @@ std::uint32_t adler32_joined(std::uint32_t first, std::uint32_t second, std::siz
     return std::uint32_t(high << 16 | low);
 }
 
+std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t so_far) {
+    return libdeflate_crc32(so_far, bytes.data(), bytes.size());
+}
+
 std::size_t deflate_bound(std::size_t size) {
     // ISA-L needs 5 bytes a stored block of 65535 and as many for the flush, libdeflate what it
     // says and 5 for the open end.

@@ -18,6 +18,9 @@ inline constexpr char zlib_header[] = "\x78\x01";
 [[nodiscard]] std::uint32_t adler32_joined(std::uint32_t first, std::uint32_t second,
                                            std::size_t second_size);
 
+/// Checksum of PNG's chunks and of ZIP's files, over pieces: `so_far` is that of the bytes before.
+[[nodiscard]] std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t so_far = 0);
+
 /// What deflate_strip() writes of so many bytes at most.
 [[nodiscard]] std::size_t deflate_bound(std::size_t size);
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <stop_token>
@@ -49,11 +51,24 @@ struct Request {
     [[nodiscard]] std::optional<std::string> query_value(const std::string& name) const;
 };
 
+/// A body that is made while it is sent.
+struct BodyStream {
+    /// Sends a piece. @return false: nobody listens any more, or not fast enough
+    using Write = std::function<bool(std::string_view)>;
+
+    std::optional<std::uint64_t> size_bytes;  ///< sent as Content-Length; none: known at its end
+    /// Writes all of it; called once, on the connection's thread, or not at all (HEAD). What it holds
+    /// is let go of with the reply.
+    /// @return false, or throws, where the body is not whole: the connection is broken off
+    std::function<bool(const Write&)> send;
+};
+
 struct Reply {
     int status = 200;
     std::string content_type;
     std::string body;
     SharedBytes shared;                ///< sent instead of `body` where that is empty
+    std::optional<BodyStream> stream;  ///< sent instead of both
     Headers headers;                   ///< besides Content-Type and Content-Length
     std::string_view error_code = {};  ///< of a problem document, for log and metrics
 

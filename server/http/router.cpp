@@ -83,8 +83,9 @@ void finish(const Router& router, const Request& request, Reply& reply, Clock::t
     const std::chrono::duration<double, std::milli> took = time;
     spdlog::info("request id={} method={} path={} status={} bytes={} ms={:.2f}{}{}", request.id,
                  request.head ? std::string_view("HEAD") : std::string_view(request.method),
-                 loggable(request.path), reply.status, reply.bytes().size(), took.count(),
-                 reply.error_code.empty() ? "" : " error=", reply.error_code);
+                 loggable(request.path), reply.status,
+                 reply.stream ? reply.stream->size_bytes.value_or(0) : reply.bytes().size(),
+                 took.count(), reply.error_code.empty() ? "" : " error=", reply.error_code);
 }
 
 Reply answer_error(const Router& router, const Request& request, const Error& error) {

@@ -65,6 +65,9 @@ public:
         pace_ = Pace(limits_.write_timeout, limits_.min_bytes_per_second);
     }
 
+    /// What has been sent says nothing of how fast the client is: the rest was not there yet.
+    void begin_piece() { pace_ = Pace(limits_.write_timeout, limits_.min_bytes_per_second); }
+
     [[nodiscard]] Connection::Got last() const { return last_; }
 
     bool is_readable() const override { return true; }
@@ -132,9 +135,49 @@ std::string http_date() {  // RFC 9110, 5.6.7
     return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &utc)};
 }
 
-void give_to_library(Reply reply, httplib::Response& response) {
+bool send_stream(const Reply& reply, LibraryStream& stream, httplib::DataSink& sink) {
+    try {
+        return reply.stream->send([&](std::string_view piece) {
+            stream.begin_piece();
+            return piece.empty() || sink.write(piece.data(), piece.size());
+        });
+    } catch (const std::exception& error) {
+        spdlog::error("a reply is broken off: {}", error.what());
+        return false;
+    }
+}
+
+// The library asks its providers for pieces; a stream writes all of them when it is first asked.
+void give_stream_to_library(Reply reply, const Passage& passage, httplib::Response& response) {
+    LibraryStream* const stream = &passage.stream;
+    const auto type = reply.content_type;
+    const auto size = reply.stream->size_bytes;
+    const auto held = std::make_shared<const Reply>(std::move(reply));
+    const auto send_all = [held, stream](std::size_t, httplib::DataSink& sink) {
+        if (!send_stream(*held, *stream, sink)) return false;
+        sink.done();
+        return true;
+    };
+    if (size) {
+        response.set_content_provider(
+            *size, type, [held, stream](std::size_t, std::size_t, httplib::DataSink& sink) {
+                return send_stream(*held, *stream, sink);
+            });
+    } else if (passage.exchange.head.is_1_1) {
+        response.set_chunked_content_provider(type, send_all);
+    } else {  // HTTP/1.0 knows no chunks: the end of the connection is the end of the body
+        passage.exchange.keep_open = false;
+        response.set_content_provider(type, send_all);
+    }
+}
+
+void give_to_library(Reply reply, const Passage& passage, httplib::Response& response) {
     response.status = reply.status;
     for (const auto& [name, value] : reply.headers) response.set_header(name, value);
+    if (reply.stream) {
+        give_stream_to_library(std::move(reply), passage, response);
+        return;
+    }
     if (reply.bytes().empty()) return;
     if (reply.bytes().size() <= copied_body_bytes) {
         response.set_content(reply.bytes().data(), reply.bytes().size(), reply.content_type);
@@ -197,7 +240,7 @@ struct Server::Impl {
         Exchange& exchange = current->exchange;
         if (!exchange.refusal && exchange.head.has_body())
             return httplib::Server::HandlerResponse::Unhandled;
-        give_to_library(answer(exchange), response);
+        give_to_library(answer(exchange), *current, response);
         return httplib::Server::HandlerResponse::Handled;
     }
 
@@ -216,7 +259,7 @@ struct Server::Impl {
             exchange.refusal.emplace(error_code::memory_full,
                                      "The server is out of memory for now.");
         }
-        give_to_library(answer(exchange), response);
+        give_to_library(answer(exchange), *current, response);
     }
 
     Reply answer(Exchange& exchange) {

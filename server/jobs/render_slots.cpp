@@ -112,6 +112,8 @@ void RenderSlots::run_next() noexcept {
 void RenderSlots::release(Places::iterator place) noexcept {
     const std::scoped_lock lock(mutex_);
     running_.erase(place);
+    last_used_ = now_();
+    used_ = true;
     if (!line_.empty()) run_next();
 }
 
@@ -123,6 +125,12 @@ int RenderSlots::running() const {
 int RenderSlots::waiting() const {
     const std::scoped_lock lock(mutex_);
     return int(line_.size());
+}
+
+RenderSlots::Clock::duration RenderSlots::idle_for() const {
+    const std::scoped_lock lock(mutex_);
+    if (!running_.empty() || !line_.empty()) return {};
+    return used_ ? now_() - last_used_ : Clock::duration::max();
 }
 
 void RenderSlots::recheck() {

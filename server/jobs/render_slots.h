@@ -90,6 +90,9 @@ public:
     [[nodiscard]] int running() const;
     [[nodiscard]] int waiting() const;
 
+    /// How long nobody has worked or waited here: 0 while somebody does.
+    [[nodiscard]] Clock::duration idle_for() const;
+
     /// Has every waiter look at the time again; for clocks that do not run by themselves.
     void recheck();
 
@@ -117,8 +120,10 @@ private:
     const Now now_;
     mutable std::mutex mutex_;
     // A place moves from list to list and stays where it is in memory.
-    Places line_;       // longest waiting first
-    Places running_;    // their owners hold slots
+    Places line_;                  // longest waiting first
+    Places running_;               // their owners hold slots
+    Clock::time_point last_used_;  // when the last slot was given back
+    bool used_ = false;
     Places displaced_;  // lost their place in the line and do not know it yet
 };
 

@@ -3,10 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "server/error_codes.h"
 #include "server/http/multipart.h"
+#include "server/routes/json_reply.h"
 #include "server/routes/query.h"
 #include "server/schema/image_json.h"
 
@@ -38,31 +38,6 @@ ImageStore::Put store(std::string_view bytes, const Request& request, Services& 
         info = decode(bytes, decode_limits(services.limits)).info;
     }
     return services.images.put(bytes, info);
-}
-
-Reply json_reply(std::string json, int status) {
-    Reply reply{.status = status, .content_type = "application/json", .body = std::move(json)};
-    reply.headers.emplace("Cache-Control", "no-cache");
-    return reply;
-}
-
-// All of the text, in decimal.
-template <typename Number>
-std::optional<Number> parse_number(std::string_view text) {
-    Number number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
-
-std::size_t page_size(const Request& request) {
-    const auto text = request.query_value("limit");
-    if (!text) return 100;
-    const auto size = parse_number<std::size_t>(*text);
-    if (!size || *size < 1 || *size > 1000)
-        throw Error(error_code::invalid_value,
-                    "the parameter 'limit' must be a whole number from 1 to 1000");
-    return *size;
 }
 
 // A place in the list as clients see it: "<nanoseconds since 1970>-<id>". It says all there is to

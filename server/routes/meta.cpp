@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <iterator>
+
 #include "server/error_codes.h"
 #include "server/process_metrics.h"
 
@@ -12,6 +14,29 @@ Reply status_reply(const char* json) {
     Reply reply{.content_type = "application/json", .body = json};
     reply.headers.emplace("Cache-Control", "no-store");
     return reply;
+}
+
+// Nothing of them where their database is out of reach: the rest is told all the same.
+void add_batches(std::vector<PlainMetric>& list, Services& services) {
+    list.push_back({"relit_streams", "Event streams and archives being sent.", false,
+                    double(services.batches.streams().open())});
+    try {
+        const JobCounts counts = services.batches.store().counts();
+        const PlainMetric metrics[] = {
+            {"relit_batches", "Batches that are kept.", false, double(counts.batches)},
+            {"relit_unfinished_batches", "Batches that wait or run.", false,
+             double(counts.unfinished_batches)},
+            {"relit_batch_frames_waiting", "Frames of batches that wait.", false,
+             double(counts.waiting_frames)},
+            {"relit_batch_frames_running", "Frames of batches that are rendered or stored.", false,
+             double(counts.leased_frames)},
+            {"relit_batch_queue_age_seconds", "Since the oldest unfinished batch was submitted.",
+             false, counts.queue_age_s},
+            {"relit_batch_result_bytes", "Size of the pictures of all batches.", false,
+             double(counts.result_bytes)}};
+        list.insert(list.end(), std::begin(metrics), std::end(metrics));
+    } catch (const Error&) {  // logged
+    }
 }
 
 // What others keep, asked for at this moment.
@@ -54,6 +79,7 @@ Reply get_readiness(const Request&, Services& services) {
 
 Reply get_metrics(const Request&, Services& services) {
     auto others = gauges(services);
+    add_batches(others, services);
     const auto process = process_metrics();
     others.insert(others.end(), process.begin(), process.end());
     Reply reply{.content_type = std::string(metrics_media_type),

@@ -2,16 +2,16 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <thread>
 
-#include "core/render/render.h"
 #include "server/error_codes.h"
+#include "server/routes/query.h"
 #include "server/routes/render_request.h"
 #include "server/scenes/picture_etag.h"
+#include "server/scenes/picture_file.h"
 #include "server/scenes/scene_loading.h"
 
 namespace relit::server {
@@ -48,18 +48,6 @@ private:
     Clock::time_point begin_ = Clock::now();
     std::string text_;
 };
-
-// The stream of frames that the request belongs to; empty: none.
-std::string session_of(const Request& request) {
-    const auto token = request.header("Relit-Session");
-    if (!token) return {};
-    const bool visible =
-        std::all_of(token->begin(), token->end(), [](char c) { return c > ' ' && c < 0x7f; });
-    if (token->empty() || token->size() > 128 || !visible)
-        throw Error(error_code::malformed_request,
-                    "the header Relit-Session must have 1 to 128 visible ASCII characters");
-    return *token;
-}
 
 // Sets a stop source at a time, unless it goes first.
 class Alarm {
@@ -146,25 +134,24 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
         load_scene(job.scene, find, services.limits, services.executor, services.cache);
     stages.done(RenderStage::decode);
     if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
-    const Output output = picture_output(job.scene.output);
-    Picture picture;
-    Reply reply;
+    PictureFile file;
     in_time(request, slot.stop_token(), [&](const std::stop_token& stop) {
-        picture = render(scene, output,
-                         {.executor = services.executor,
-                          .stop = stop,
-                          .simd = services.simd,
-                          .cache = &services.cache});
-        stages.done(RenderStage::render);
-        reply.body = encode(picture.pixels, encode_options(job.scene.output, job.scene_text),
-                            {services.executor, stop});
+        file = picture_file(scene, job.scene, job.scene_text,
+                            {.executor = services.executor,
+                             .stop = stop,
+                             .simd = services.simd,
+                             .cache = &services.cache},
+                            [&] { stages.done(RenderStage::render); });
         stages.done(RenderStage::encode);
     });
+    const Picture& picture = file.picture;
+    Reply reply;
+    reply.body = std::move(file.bytes);
     reply.content_type = media_type_of(job.scene.output.format);
     services.metrics.rendered_pixels +=
         std::uint64_t(picture.pixels.width) * std::uint64_t(picture.pixels.height);
     reply.headers["Server-Timing"] = stages.text();
-    reply.headers["Relit-Accuracy"] = accuracy_text(output, picture);
+    reply.headers["Relit-Accuracy"] = accuracy_text(job.scene.output.picture, picture);
     reply.headers["Cache-Control"] = caching.cacheable ? cache_for_good : "no-store";
     if (caching.cacheable) reply.headers["ETag"] = caching.etag;
     if (const auto& range = scene.field->rescaled_from)
@@ -177,7 +164,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
 
 Reply render_picture(const Request& request, Services& services) {
     Stages stages(services.metrics);
-    const std::string session = session_of(request);
+    const std::string session = token_header(request, "Relit-Session");
     const RenderRequest job = parse_render_request(request, services.limits);
     Caching caching;
     caching.etag = picture_etag(job.scene_text);

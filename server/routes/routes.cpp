@@ -1,6 +1,7 @@
 #include "server/routes/routes.h"
 
 #include "server/page/page.h"
+#include "server/routes/batches.h"
 #include "server/routes/catalogue.h"
 #include "server/routes/images.h"
 #include "server/routes/meta.h"
@@ -23,6 +24,14 @@ std::vector<Route> routes(const Limits& limits) {
         {"GET", "/v1/images/{id}/relit.jpg", render_picture},
         {"GET", "/v1/images/{id}/relit.webp", render_picture},
         {"GET", "/v1/images/{id}/relit.exr", render_picture},
+        {"POST", "/v1/batches", submit_batch, limits.max_batch_bytes, "max-batch-bytes"},
+        {"GET", "/v1/batches", list_batches},
+        {"GET", "/v1/batches/{id}", get_batch},
+        {"DELETE", "/v1/batches/{id}", delete_batch},
+        {"POST", "/v1/batches/{id}/retry", retry_batch},
+        {"GET", "/v1/batches/{id}/events", get_batch_events},
+        {"GET", "/v1/batches/{id}/frames/{n}", get_batch_frame},
+        {"GET", "/v1/batches/{id}/archive", get_batch_archive},
         {"POST", "/v1/scene", check_scene, limits.max_body_bytes, "max-body-bytes"},
         {"GET", "/v1/render", render_picture},
         {"POST", "/v1/render", render_picture, limits.max_body_bytes, "max-body-bytes"},

@@ -154,17 +154,17 @@ Light light_from(const LightDescription& description, Transfer transfer, const F
     return light;
 }
 
-void check_region(const Output& output, const HeightField& field) {
+void check_region(const Output& output, int map_width, int map_height) {
     if (!output.region) return;
     const Rect r = *output.region;
-    if (r.x + r.width > field.width() || r.y + r.height > field.height())
-        refuse_value(
-            fmt::format("reaches beyond the map of {} x {} texels", field.width(), field.height()),
-            "/output/region");
+    if (r.x + r.width > map_width || r.y + r.height > map_height)
+        refuse_value(fmt::format("reaches beyond the map of {} x {} texels", map_width, map_height),
+                     "/output/region");
 }
 
-void check_size(const OutputDescription& output, const HeightField& field, const Limits& limits) {
-    const PictureSize size = picture_size(output.picture, field.width(), field.height());
+void check_size(const OutputDescription& output, int map_width, int map_height,
+                const Limits& limits) {
+    const PictureSize size = picture_size(output.picture, map_width, map_height);
     if (std::int64_t(size.width) * size.height > limits.max_output_pixels)
         throw Error(
             error_code::invalid_value,
@@ -182,12 +182,17 @@ void check_size(const OutputDescription& output, const HeightField& field, const
 
 }  // namespace
 
+void check_output(const OutputDescription& output, int map_width, int map_height,
+                  const Limits& limits) {
+    check_region(output.picture, map_width, map_height);
+    check_size(output, map_width, map_height, limits);
+}
+
 Scene load_scene(const SceneDescription& description, const FindImage& find, const Limits& limits,
                  const Executor& executor, SharedCache& cache) {
     Scene scene;
     scene.field = shared_field(description, find, limits, executor, cache);
-    check_region(description.output.picture, *scene.field);
-    check_size(description.output, *scene.field, limits);
+    check_output(description.output, scene.field->width(), scene.field->height(), limits);
     scene.relief = description.relief;
     scene.base = description.base;
     scene.normal_scale = description.normal_scale;

@@ -28,6 +28,11 @@ using FindImage = std::function<SharedBytes(const ImageSource&)>;
 [[nodiscard]] Scene load_scene(const SceneDescription& description, const FindImage& find,
                                const Limits& limits, const Executor& executor, SharedCache& cache);
 
+/// Whether a picture can be made of a map of that size; load_scene() checks it too.
+/// @throws Error invalid_value; `pointer` names the field
+void check_output(const OutputDescription& output, int map_width, int map_height,
+                  const Limits& limits);
+
 /// The picture that render() is to make for the file that is asked for.
 [[nodiscard]] Output picture_output(const OutputDescription& output);
 

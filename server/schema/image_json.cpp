@@ -1,22 +1,13 @@
 #include "server/schema/image_json.h"
 
-#include <spdlog/fmt/chrono.h>
-#include <spdlog/fmt/fmt.h>
-
 #include <nlohmann/json.hpp>
+
+#include "server/schema/time_text.h"
 
 namespace relit::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// RFC 3339, always with three digits of the second.
-std::string time_text(FileTime time) {
-    const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-    const auto rest = std::chrono::floor<std::chrono::milliseconds>(time - seconds);
-    return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z",
-                       fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)), rest.count());
-}
 
 Json json_of(const StoredImage& image) {
     return {{"id", image.id},

@@ -131,27 +131,31 @@ void merge(Json& target, const Json& patch) {
 }
 
 bool is_given(const Json& scene, const char* field) {
-    return scene.contains(field) && !scene[field].is_null();
+    return scene.contains(field) && !scene[field].is_null() && !scene[field].is_discarded();
 }
 
-bool replaces_light(const Json& light, const Json& preset_light) {
-    return !light.is_object() || (light.contains("type") && light["type"] != preset_light["type"]);
+bool replaces_light(const Json& light, const Json& old) {
+    if (!light.is_object() || !old.is_object()) return true;
+    return light.contains("type") && (!old.contains("type") || light["type"] != old["type"]);
 }
 
 }  // namespace
+
+Json laid_over(Json scene, const Json& patch) {
+    const bool new_light = is_given(patch, "light") && is_given(scene, "light") &&
+                           replaces_light(patch["light"], scene["light"]);
+    if (new_light || is_given(patch, "lights")) scene.erase("light");
+    if (is_given(patch, "light") || is_given(patch, "lights")) scene.erase("lights");
+    merge(scene, patch);
+    return scene;
+}
 
 Json over_preset(Json scene) {
     if (!scene.is_object() || !scene.contains("preset")) return scene;
     const Json name = scene["preset"];
     scene.erase("preset");
-    if (name.is_null()) return scene;
-    Json result = Json::parse(preset_of(name).scene);
-    const bool new_light = is_given(scene, "light") && result.contains("light") &&
-                           replaces_light(scene["light"], result["light"]);
-    if (new_light || is_given(scene, "lights")) result.erase("light");
-    if (is_given(scene, "light") || is_given(scene, "lights")) result.erase("lights");
-    merge(result, scene);
-    return result;
+    if (name.is_null() || name.is_discarded()) return scene;
+    return laid_over(Json::parse(preset_of(name).scene), scene);
 }
 
 std::vector<PresetInfo> preset_list() {

@@ -15,4 +15,8 @@ std::string problem_json(const Problem& problem) {
     return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
+int problem_status(std::string_view document) {
+    return nlohmann::json::parse(document).at("status").get<int>();
+}
+
 }  // namespace relit::server

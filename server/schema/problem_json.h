@@ -18,4 +18,7 @@ struct Problem {
 /// The document. Bytes that are not UTF-8 become U+FFFD, so a problem can always be written.
 [[nodiscard]] std::string problem_json(const Problem& problem);
 
+/// The status of a document of our own. @pre problem_json() wrote it
+[[nodiscard]] int problem_status(std::string_view document);
+
 }  // namespace relit::server

@@ -6,6 +6,7 @@
 
 #include "server/schema/preset_merge.h"
 #include "server/schema/reader.h"
+#include "server/schema/scene_tree.h"
 #include "server/schema/writer.h"
 
 namespace relit::server {
@@ -48,10 +49,10 @@ void check_bit_depth(const OutputDescription& output) {
 
 }  // namespace
 
-SceneDescription parse_scene(std::string_view json, int max_lights) {
-    const Json tree = over_preset(parse_json(json));
+SceneDescription scene_from(const Json& tree, int max_lights) {
+    const Json whole = over_preset(tree);
     SceneDescription scene;
-    Reader reader(tree, "");
+    Reader reader(whole, "");
     reader.max_lights = max_lights;
     fields(reader, scene);
     reader.take("preset");  // taken off by over_preset; named among the known fields
@@ -60,6 +61,10 @@ SceneDescription parse_scene(std::string_view json, int max_lights) {
     check_thickness(scene);
     check_bit_depth(scene.output);
     return scene;
+}
+
+SceneDescription parse_scene(std::string_view json, int max_lights) {
+    return scene_from(parse_json(json), max_lights);
 }
 
 std::string scene_json(const SceneDescription& scene) {

@@ -37,8 +37,8 @@ void fail_storage(std::string_view doing) {
     const int error = errno;
     spdlog::error("storage: {}: {}", doing, std::strerror(error));
     if (error == ENOSPC || error == EDQUOT || error == EFBIG)
-        throw Error(error_code::storage_full, "There is no room left to store images.");
-    throw Error(error_code::storage_failed, "The stored images cannot be read or written now.");
+        throw Error(error_code::storage_full, "There is no room left on the server's disk.");
+    throw Error(error_code::storage_failed, "The server cannot read or write its files now.");
 }
 
 TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_view bytes,

@@ -1,5 +1,5 @@
 // System calls on files with our errors: for the operator where a folder cannot be used, for the
-// client (without a path) where an image cannot be stored.
+// client (without a path) where a file cannot be stored.
 #pragma once
 
 #include <chrono>

@@ -84,19 +84,50 @@ bool RawConnection::receive_more() {
     return true;
 }
 
-HttpReply RawConnection::receive(bool to_head) {
+HttpReply RawConnection::receive_head() {
     std::size_t head_size = 0;
     while ((head_size = buffer_.find("\r\n\r\n")) == std::string::npos)
         if (!receive_more()) throw std::runtime_error("closed without a reply: " + buffer_);
     head_size += 4;
     HttpReply reply = parse_reply_head(std::string_view(buffer_).substr(0, head_size));
-    const auto length = reply.header("content-length");
-    const std::size_t size = to_head || length.empty() ? 0 : std::stoul(length);
-    while (buffer_.size() < head_size + size)
-        if (!receive_more()) throw std::runtime_error("closed within a reply");
-    reply.body = buffer_.substr(head_size, size);
-    buffer_.erase(0, head_size + size);
+    buffer_.erase(0, head_size);
     return reply;
+}
+
+std::string RawConnection::receive_bytes(std::size_t size) {
+    while (buffer_.size() < size)
+        if (!receive_more()) throw std::runtime_error("closed within a reply");
+    std::string bytes = buffer_.substr(0, size);
+    buffer_.erase(0, size);
+    return bytes;
+}
+
+std::optional<std::string> RawConnection::next_chunk() {
+    std::size_t line = 0;
+    while ((line = buffer_.find("\r\n")) == std::string::npos)
+        if (!receive_more()) throw std::runtime_error("closed within a reply");
+    const std::size_t size = std::stoul(receive_bytes(line + 2), nullptr, 16);
+    std::string chunk = receive_bytes(size);
+    (void)receive_bytes(2);
+    if (size == 0) return std::nullopt;
+    return chunk;
+}
+
+HttpReply RawConnection::receive(bool to_head) {
+    HttpReply reply = receive_head();
+    if (to_head) return reply;
+    if (reply.header("transfer-encoding") == "chunked") {
+        while (const auto chunk = next_chunk()) reply.body += *chunk;
+        return reply;
+    }
+    const auto length = reply.header("content-length");
+    reply.body = receive_bytes(length.empty() ? 0 : std::stoul(length));
+    return reply;
+}
+
+std::string RawConnection::rest() {
+    while (receive_more()) continue;
+    return std::exchange(buffer_, {});
 }
 
 bool RawConnection::hears_within(std::chrono::milliseconds patience) {

@@ -1,6 +1,5 @@
 // HTTP from the client's side, over a plain socket: whole requests for the ordinary tests, single
-// bytes for the nasty ones. Understands replies with a Content-Length, which is all the server
-// sends.
+// bytes for the nasty ones. Understands replies with a Content-Length and those in chunks.
 #pragma once
 
 #include <chrono>
@@ -37,6 +36,16 @@ public:
     /// follows
     [[nodiscard]] HttpReply receive(bool to_head = false);
 
+    /// The head of the next reply alone; next_chunk() has the rest.
+    [[nodiscard]] HttpReply receive_head();
+
+    /// The next chunk of a reply in chunks; nothing at its end. @throws std::runtime_error where the
+    /// connection ends before
+    [[nodiscard]] std::optional<std::string> next_chunk();
+
+    /// Everything until the server ends the connection.
+    [[nodiscard]] std::string rest();
+
     /// Whether the server ends the connection within `patience`, without another byte.
     [[nodiscard]] bool ends_within(std::chrono::milliseconds patience);
 
@@ -47,6 +56,7 @@ public:
 
 private:
     bool receive_more();
+    std::string receive_bytes(std::size_t size);
     int socket_ = -1;
     std::string buffer_;
 };

@@ -32,8 +32,14 @@ struct TestServices {
     Executor executor{1};
     SharedCache cache{limits.max_cache_bytes};
     server::Metrics metrics;
-    server::Services services{
-        images, renders, decodes, executor, cache, metrics, limits, {}, folder.path() / "data"};
+    server::Batches batches{folder.path() / "data" / "batches",
+                            {.images = images,
+                             .cache = cache,
+                             .renders = renders,
+                             .metrics = metrics,
+                             .limits = limits}};  // at rest until a test starts them
+    server::Services services{images, renders, batches, decodes, executor,
+                              cache,  metrics, limits,  {},      folder.path() / "data"};
 };
 
 class TestServer {

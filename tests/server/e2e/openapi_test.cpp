@@ -1,7 +1,9 @@
 // Every example of the interface's description, sent to the real server.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/support/http_client.h"
 #include "tests/support/relit_process.h"
@@ -22,6 +24,22 @@ protected:
         return document.at(Json::json_pointer(item["$ref"].get<std::string>().substr(1)));
     }
 
+    // One that is not there before and has a picture.
+    [[nodiscard]] std::string finished_batch() const {
+        const Json& examples = document["paths"]["/v1/batches"]["post"]["requestBody"]["content"]
+                                       ["application/json"]["examples"];
+        const auto submitted =
+            http(relitd.port(), "POST", "/v1/batches", examples["scenes"]["value"].dump());
+        const std::string id = Json::parse(submitted.body)["id"];
+        for (int i = 0; i < 500; ++i) {
+            const auto batch = http(relitd.port(), "GET", "/v1/batches/" + id);
+            if (Json::parse(batch.body)["status"] == "done") return id;
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        ADD_FAILURE() << "the batch is not finished";
+        return id;
+    }
+
     // The target with the examples of its parameters; those without an example are left out.
     [[nodiscard]] std::string target_of(std::string path, const Json& item,
                                         const Json& operation) const {
@@ -34,10 +52,12 @@ protected:
                     EXPECT_FALSE(parameter.value("required", false)) << path << parameter;
                     continue;
                 }
-                const std::string value = parameter["example"].is_string()
-                                              ? parameter["example"].get<std::string>()
-                                              : parameter["example"].dump();
                 const std::string name = parameter["name"];
+                std::string value = parameter["example"].is_string()
+                                        ? parameter["example"].get<std::string>()
+                                        : parameter["example"].dump();
+                // Ids of batches are made by the server.
+                if (name == "id" && path.starts_with("/v1/batches/")) value = finished_batch();
                 if (parameter["in"] == "path")
                     path.replace(path.find("{" + name + "}"), name.size() + 2, value);
                 else query += (query.empty() ? "?" : "&") + name + "=" + value;

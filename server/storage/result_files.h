@@ -1,0 +1,48 @@
+// The pictures of batches as files named by their content, one folder for each batch. For
+// jobs/batches.h; the store of batches says which of them there are.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "server/shared_bytes.h"
+
+namespace relit::server {
+
+/// Safe from any thread, but for put() and remove() of the same batch at the same time.
+///
+/// Layout: results/<batch>/<SHA-256 of the bytes>, incoming/ for temporary names. A file is there
+/// whole or not at all; what a crash leaves behind is removed by sweep().
+class ResultFiles {
+public:
+    /// @param folder  made when the first file is put; what it is in has to be there
+    explicit ResultFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    /// Stores a picture: durable after sync() of its batch. @return its name
+    /// @throws Error storage_full, storage_failed
+    [[nodiscard]] std::string put(const std::string& batch, std::string_view bytes) const;
+
+    /// @throws Error storage_full, storage_failed
+    void sync(const std::set<std::string>& batches) const;
+
+    /// The bytes, mapped: they stay readable when the batch is removed meanwhile.
+    /// @throws Error not_found, storage_failed
+    [[nodiscard]] SharedBytes get(const std::string& batch, const std::string& name) const;
+
+    /// Removes all files of a batch. What cannot be removed is left to the next sweep.
+    void remove(const std::string& batch) const noexcept;
+
+    /// Removes every file that `known` does not name, and temporary ones. While nobody puts.
+    /// @param known  the names of the files of a batch; none: there is no such batch
+    /// @throws what `known` throws
+    void sweep(const std::function<std::set<std::string>(const std::string& batch)>& known) const;
+
+private:
+    std::filesystem::path folder_;
+};
+
+}  // namespace relit::server

@@ -1,0 +1,441 @@
+// Batches through the real program, which is killed again and again. tests/soak/batches runs the first
+// of these tests at length.
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "server/jobs/sqlite_database.h"
+#include "tests/support/batch_client.h"
+#include "tests/support/http_client.h"
+#include "tests/support/metrics_text.h"
+#include "tests/support/relit_process.h"
+#include "tests/support/upload_images.h"
+
+namespace relit::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+
+int setting(const char* name, int otherwise) {
+    const char* text = std::getenv(name);
+    return text ? std::stoi(text) : otherwise;
+}
+
+// A server on one data folder, through as many processes as it takes.
+class Restarting {
+public:
+    explicit Restarting(std::vector<std::string> flags) : flags_(std::move(flags)) { start(); }
+
+    void start() {
+        process_ = std::make_unique<RelitProcess>(
+            RelitProcess::Settings{.flags = flags_, .data_dir = folder_.path() / "data"});
+        if (process_->port() == 0) throw std::runtime_error("it did not start: " + process_->log());
+        port_ = process_->port();
+    }
+    void kill() {
+        process_->signal(SIGKILL);
+        process_->exit_status();
+        ++kills_;
+    }
+    [[nodiscard]] CurrentPort port() const {
+        return [this] { return port_.load(); };
+    }
+    [[nodiscard]] RelitProcess& process() { return *process_; }
+    [[nodiscard]] fs::path batches() const { return folder_.path() / "data" / "batches"; }
+    [[nodiscard]] int kills() const { return kills_; }
+
+private:
+    TemporaryFolder folder_;
+    std::vector<std::string> flags_;
+    std::unique_ptr<RelitProcess> process_;
+    std::atomic<int> port_{0};
+    int kills_ = 0;
+};
+
+// Frames of one batch: a sun that goes round, and one frame whose environment is too large to load.
+struct Work {
+    std::string image;
+    std::string environment;
+    int frames = 0;
+
+    [[nodiscard]] Json scene() const { return {{"height", {{"image", image}}}}; }
+    [[nodiscard]] Json patch(int batch, int frame) const {
+        if (fails(frame))
+            return {{"light", {{"type", "environment"}, {"image", {{"image", environment}}}}}};
+        return {{"light",
+                 {{"type", "directional"}, {"azimuth", frame * 3}, {"elevation", 20 + batch % 50}}}};
+    }
+    [[nodiscard]] bool fails(int frame) const { return frame == frames / 2; }
+    [[nodiscard]] std::string body(int batch) const {
+        Json patches = Json::array();
+        for (int i = 0; i < frames; ++i) patches.push_back(patch(batch, i));
+        return Json{{"scene", scene()}, {"frames", patches}}.dump();
+    }
+};
+
+struct Client {
+    std::map<std::string, int> batches;  // id -> which
+    std::string faults;
+    int reconnected = 0;
+};
+
+// Submits its batches, some of them twice or three times, and follows each to its end.
+void run_client(Client& client, const Work& work, const CurrentPort& port, int first, int count,
+                unsigned seed) {
+    std::mt19937 random(seed);
+    for (int i = 0; i < count; ++i) {
+        const std::string key = "batch-" + std::to_string(first + i);
+        const std::string body = work.body(first + i);
+        const std::string id = submit_until_accepted(port, body, key);
+        for (unsigned repeat = random() % 3; repeat > 0; --repeat)
+            if (submit_until_accepted(port, body, key) != id) client.faults += "two of " + key;
+        client.batches[id] = first + i;
+    }
+    for (const auto& [id, which] : client.batches) {
+        const SeenEvents seen = follow_events(port, id);
+        client.faults += seen.faults;
+        client.reconnected += seen.reconnected;
+        if (int(seen.frames.size()) != work.frames) client.faults += "events are missing of " + id;
+    }
+}
+
+Json batch_at(int port, const std::string& id) {
+    return Json::parse(http(port, "GET", "/v1/batches/" + id).body);
+}
+
+// A frame that lost its worker three times by chance is tried again, as its client would.
+int retry_worker_lost(int port, const std::string& id) {
+    int lost = 0;
+    const Json batch = batch_at(port, id);
+    for (const Json& failed : batch["problems"])
+        lost += failed["problem"]["type"] == "/problems/worker-lost" ? 1 : 0;
+    if (lost == 0) return 0;
+    EXPECT_EQ(http(port, "POST", "/v1/batches/" + id + "/retry").status, 200);
+    for (int i = 0; i < 2000 && batch_at(port, id)["status"] != "done"; ++i)
+        std::this_thread::sleep_for(10ms);
+    return lost;
+}
+
+std::set<std::string> names_in(const fs::path& folder) {
+    std::set<std::string> names;
+    if (fs::exists(folder))
+        for (const auto& entry : fs::directory_iterator(folder))
+            names.insert(entry.path().filename());
+    return names;
+}
+
+// Every frame has one result, whose bytes are those of a render that nothing disturbs.
+void expect_whole(int port, const fs::path& folder, const Work& work, const std::string& id,
+                  int which) {
+    const Json batch = batch_at(port, id);
+    EXPECT_EQ(batch["total"], work.frames);
+    EXPECT_EQ(batch["done"], work.frames - 1) << batch.dump();
+    EXPECT_EQ(batch["failed"], 1);
+    EXPECT_EQ(batch["problems"][0]["problem"]["type"], "/problems/image-too-large");
+    std::set<std::string> files;
+    for (int i = 0; i < work.frames; ++i) {
+        const auto frame = http(port, "GET", "/v1/batches/" + id + "/frames/" + std::to_string(i));
+        if (work.fails(i)) {
+            EXPECT_EQ(frame.status, 413);
+            continue;
+        }
+        ASSERT_EQ(frame.status, 200) << frame.body;
+        Json scene = work.scene();
+        scene.merge_patch(work.patch(which, i));
+        const auto render = http(port, "POST", "/v1/render", scene.dump());
+        EXPECT_TRUE(frame.body == render.body) << "frame " << i << " of " << id;
+        const std::string etag = frame.header("etag");
+        files.insert(etag.substr(1, etag.size() - 2));
+    }
+    EXPECT_EQ(names_in(folder / "results" / id), files) << "no orphans";
+}
+
+void expect_sound(const fs::path& database) {
+    server::SqliteDatabase connection(database, [] { return 0; });
+    server::SqliteQuery check(connection, "PRAGMA integrity_check");
+    ASSERT_TRUE(check.next());
+    EXPECT_EQ(check.text(0), "ok");
+    server::SqliteQuery foreign(connection, "PRAGMA foreign_key_check");
+    EXPECT_FALSE(foreign.next());
+}
+
+std::string environment_sample(int port) {
+    const Json samples = Json::parse(http(port, "GET", "/v1/samples").body)["samples"];
+    for (const Json& sample : samples)
+        if (sample["kind"] == "environment") return sample["id"];
+    throw std::runtime_error("no environment among the samples");
+}
+
+std::string uploaded(int port, int seed, int side) {
+    return Json::parse(http(port, "POST", "/v1/images", small_png(seed, side, side)).body)["id"];
+}
+
+TEST(BatchesEndToEnd, LoseNothingWhateverIsKilled) {
+    const int batches = setting("SOAK_BATCHES", 8), clients = setting("SOAK_CLIENTS", 4);
+    const int frames = setting("SOAK_FRAMES", 30), side = setting("SOAK_SIDE", 160);
+    const int shortest_ms = setting("SOAK_KILL_FROM_MS", 300);
+    const int longest_ms = setting("SOAK_KILL_TO_MS", 700);
+    Restarting relitd({"--max-environment-pixels=1000", "--max-queue=1000"});
+    const Work work{uploaded(relitd.port()(), 1, side), environment_sample(relitd.port()()),
+                    frames};
+
+    std::vector<Client> all{std::size_t(clients)};
+    std::atomic<int> running{clients};
+    std::vector<std::thread> threads;
+    threads.reserve(all.size());
+    for (int c = 0; c < clients; ++c)
+        threads.emplace_back([&, c] {
+            const int first = batches * c / clients, end = batches * (c + 1) / clients;
+            try {
+                run_client(all[std::size_t(c)], work, relitd.port(), first, end - first,
+                           unsigned(c));
+            } catch (const std::exception& error) {
+                all[std::size_t(c)].faults += error.what();
+            }
+            --running;
+        });
+    const auto begin = Clock::now();
+    std::mt19937 random(7);
+    while (running > 0) {
+        const int pause = shortest_ms + int(random() % unsigned(longest_ms - shortest_ms));
+        const auto kill_at = Clock::now() + std::chrono::milliseconds(pause);
+        while (running > 0 && Clock::now() < kill_at) std::this_thread::sleep_for(10ms);
+        if (running == 0) break;
+        relitd.kill();
+        relitd.start();
+    }
+    const std::chrono::duration<double> took = Clock::now() - begin;
+    for (std::thread& thread : threads) thread.join();
+
+    int reconnected = 0, submitted = 0, lost = 0;
+    for (const Client& client : all) {
+        EXPECT_EQ(client.faults, "");
+        reconnected += client.reconnected;
+        for (const auto& [id, which] : client.batches) {
+            lost += retry_worker_lost(relitd.port()(), id);
+            expect_whole(relitd.port()(), relitd.batches(), work, id, which);
+            ++submitted;
+        }
+    }
+    EXPECT_EQ(submitted, batches);
+    const Json list =
+        Json::parse(http(relitd.port()(), "GET", "/v1/batches?limit=1000").body)["batches"];
+    EXPECT_EQ(int(list.size()), batches) << "repeated keys made no further ones";
+    EXPECT_EQ(names_in(relitd.batches() / "results").size(), std::size_t(batches));
+    EXPECT_TRUE(names_in(relitd.batches() / "incoming").empty());
+    EXPECT_GT(relitd.kills(), 0) << "or nothing was tried";
+    relitd.process().signal(SIGTERM);
+    EXPECT_EQ(relitd.process().exit_status(), 0);
+    expect_sound(relitd.batches() / "batches.db");
+    std::printf(
+        "%d frames of %d batches by %d clients in %.1f s: %d kills, %d streams resumed, "
+        "%d frames lost their worker three times and were tried again\n",
+        submitted * frames, submitted, clients, took.count(), relitd.kills(), reconnected, lost);
+}
+
+class BatchServer : public testing::Test {
+protected:
+    [[nodiscard]] static std::string orbit(const std::string& image, int count,
+                                           const std::string& material = "{}") {
+        return R"({"scene": {"height": {"image": ")" + image + R"("}, "material": )" + material +
+               R"(}, "sweep": {"path": "orbit", "count": )" + std::to_string(count) + "}}";
+    }
+    static bool comes_true(const std::function<bool()>& condition,
+                           std::chrono::milliseconds patience = 20s) {
+        const auto deadline = Clock::now() + patience;
+        while (!condition()) {
+            if (Clock::now() > deadline) return false;
+            std::this_thread::sleep_for(10ms);
+        }
+        return true;
+    }
+};
+
+constexpr const char* endless = R"({"illumination": "count", "steps": 10000})";
+
+// Given back, not lost: the next run begins it at once, and nothing is held against it.
+TEST_F(BatchServer, TermGivesBackTheFrameUnderWay) {
+    Restarting relitd({"--threads=1"});
+    const std::string body = R"({"scene": {"height": {"image": ")" +
+                             uploaded(relitd.port()(), 1, 512) + R"("}, "material": )" + endless +
+                             R"(, "light": {"type": "point"}}, "frames": [{}, {}]})";
+    const std::string id = submit_until_accepted(relitd.port(), body, "k");
+    ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port()(), id)["status"] == "running"; }));
+    const auto begin = Clock::now();
+    relitd.process().signal(SIGTERM);
+    EXPECT_EQ(relitd.process().exit_status(), 0) << relitd.process().log();
+    EXPECT_LT(Clock::now() - begin, 5s);
+    server::SqliteDatabase database(relitd.batches() / "batches.db", [] { return 0; });
+    server::SqliteQuery frames(database,
+                               "SELECT count(*) FROM frames WHERE state = 0 AND losses = 0");
+    ASSERT_TRUE(frames.next());
+    EXPECT_EQ(frames.integer(0), 2);
+}
+
+TEST_F(BatchServer, AFrameThatTakesTheProgramAlongThreeTimesIsReportedAndTheOthersAreDone) {
+    Restarting relitd({"--threads=1"});
+    const std::string body = R"({"scene": {"height": {"image": ")" +
+                             uploaded(relitd.port()(), 1, 256) + R"("}, "light": {"type": "point"}},
+                                 "frames": [{"material": )" +
+                             endless + R"(}, {}, {}]})";
+    const std::string id = submit_until_accepted(relitd.port(), body, "k");
+    for (int attempt = 1; attempt <= 3; ++attempt) {
+        const int others = attempt == 1 ? 0 : 2;  // done while the first one pauses
+        ASSERT_TRUE(comes_true([&] {
+            return batch_at(relitd.port()(), id)["done"] == others &&
+                   metric_of(relitd.port()(), "relit_batch_frames_running") == 1;
+        })) << attempt;
+        relitd.kill();
+        relitd.start();
+    }
+    const Json batch = batch_at(relitd.port()(), id);
+    EXPECT_EQ(batch["status"], "done");
+    EXPECT_EQ(batch["done"], 2);
+    EXPECT_EQ(batch["problems"][0]["frame"], 0);
+    EXPECT_EQ(batch["problems"][0]["problem"]["type"], "/problems/worker-lost");
+}
+
+TEST_F(BatchServer, TermEndsStreamsOfEvents) {
+    Restarting relitd({"--threads=1"});
+    const std::string body = R"({"scene": {"height": {"image": ")" +
+                             uploaded(relitd.port()(), 1, 512) + R"("}, "material": )" + endless +
+                             R"(, "light": {"type": "point"}}, "frames": [{}]})";
+    const std::string id = submit_until_accepted(relitd.port(), body, "k");
+    RawConnection stream(relitd.port()());
+    stream.send(http_request("GET", "/v1/batches/" + id + "/events"));
+    EXPECT_EQ(stream.receive_head().status, 200);
+    const auto begin = Clock::now();
+    relitd.process().signal(SIGTERM);
+    EXPECT_EQ(relitd.process().exit_status(), 0);
+    EXPECT_LT(Clock::now() - begin, 5s);
+    EXPECT_EQ(stream.next_chunk(), "retry: 1000\n\n");
+    EXPECT_FALSE(stream.next_chunk()) << "ended as a whole";
+}
+
+TEST_F(BatchServer, ManyIdleStreamsDoNotSlowARender) {
+    RelitProcess relitd;
+    const std::string image = uploaded(relitd.port(), 1, 256);
+    // The batch waits for good: its frames take longer than the test.
+    const std::string body = R"({"scene": {"height": {"image": ")" + image + R"("}, "material": )" +
+                             endless +
+                             R"(, "light": {"type": "point"}}, "frames": [{}], "priority": -1})";
+    const std::string blocker = submit_until_accepted([&] { return relitd.port(); }, body, "k");
+    const std::string render = R"({"height": {"image": ")" + image + "\"}}";
+    // The quickest of many: what else the machine does is not in it.
+    const auto render_ms = [&] {
+        double least = 1e9;
+        for (int i = 0; i < 40; ++i) {
+            const auto begin = Clock::now();
+            EXPECT_EQ(http(relitd.port(), "POST", "/v1/render", render).status, 200);
+            const std::chrono::duration<double, std::milli> took = Clock::now() - begin;
+            least = std::min(least, took.count());
+        }
+        return least;
+    };
+    const double before = render_ms();
+    std::vector<std::unique_ptr<RawConnection>> streams;
+    for (int i = 0; i < 200; ++i) {
+        streams.push_back(std::make_unique<RawConnection>(relitd.port()));
+        streams.back()->send(http_request("GET", "/v1/batches/" + blocker + "/events"));
+        ASSERT_EQ(streams.back()->receive_head().status, 200) << i;
+    }
+    EXPECT_EQ(metric_of(relitd.port(), "relit_streams"), 200);
+    const double with = render_ms();
+    EXPECT_LT(with, 1.5 * before + 2) << before << " ms without";
+    std::printf("a render: %.1f ms alone, %.1f ms beside 200 streams\n", before, with);
+}
+
+// A file system of its own that is full, as root where the kernel lets us.
+class SmallDisk {
+public:
+    SmallDisk() { mounted_ = ::mount("none", folder_.path().c_str(), "tmpfs", 0, "size=6m") == 0; }
+    ~SmallDisk() {
+        if (mounted_) ::umount2(folder_.path().c_str(), MNT_DETACH);
+    }
+    SmallDisk(const SmallDisk&) = delete;
+    SmallDisk& operator=(const SmallDisk&) = delete;
+
+    [[nodiscard]] bool is_there() const { return mounted_; }
+    [[nodiscard]] const fs::path& path() const { return folder_.path(); }
+    void fill(std::size_t leave_bytes) const {
+        const fs::path file = path() / "ballast";
+        const std::size_t free = fs::space(path()).available;
+        std::ofstream(file, std::ios::binary)
+            << std::string(free > leave_bytes ? free - leave_bytes : 0, 'x');
+    }
+    void free() const { fs::remove(path() / "ballast"); }
+
+private:
+    TemporaryFolder folder_;
+    bool mounted_ = false;
+};
+
+TEST_F(BatchServer, AFullDiskIsToldAndWhatWasAcceptedGoesOnWhenThereIsRoom) {
+    const SmallDisk disk;
+    if (!disk.is_there()) GTEST_SKIP() << "a file system can be mounted by root only";
+    RelitProcess relitd({.data_dir = disk.path() / "data"});
+    const std::string image = uploaded(relitd.port(), 1, 256);
+    const auto post = [&](const std::string& body) {
+        return http(relitd.port(), "POST", "/v1/batches", body);
+    };
+    const std::string accepted = Json::parse(post(orbit(image, 60)).body)["id"];
+    disk.fill(30'000);
+    const auto refused = post(orbit(image, 2000));
+    EXPECT_EQ(refused.status, 507) << refused.body;
+    EXPECT_NE(refused.body.find("/problems/storage-full"), std::string::npos) << refused.body;
+    std::this_thread::sleep_for(300ms);
+    disk.free();
+    ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port(), accepted)["status"] == "done"; }))
+        << relitd.log();
+    const Json batch = batch_at(relitd.port(), accepted);
+    EXPECT_EQ(batch["done"], 60) << batch.dump();
+    EXPECT_EQ(post(orbit(image, 2)).status, 202) << "without a restart";
+    const Json list = Json::parse(http(relitd.port(), "GET", "/v1/batches").body)["batches"];
+    EXPECT_EQ(list.size(), 2u) << "what was refused is not there";
+}
+
+TEST_F(BatchServer, ADamagedDatabaseIsToldWhileRendersGoOnAndTakenBackWhenItIsRestored) {
+    const TemporaryFolder folder;
+    const fs::path database = folder.path() / "batches" / "batches.db";
+    std::string id;
+    {
+        RelitProcess relitd({.data_dir = folder.path()});
+        id = submit_until_accepted([&] { return relitd.port(); },
+                                   orbit(uploaded(relitd.port(), 1, 32), 2), "k");
+        ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port(), id)["status"] == "done"; }));
+        relitd.signal(SIGTERM);
+        EXPECT_EQ(relitd.exit_status(), 0);
+    }
+    fs::copy_file(database, folder.path() / "copy");
+    std::ofstream(database, std::ios::binary | std::ios::trunc) << std::string(20'000, '?');
+    RelitProcess relitd({.data_dir = folder.path()});
+    const std::string image = uploaded(relitd.port(), 1, 32);
+    const auto refused = http(relitd.port(), "POST", "/v1/batches", orbit(image, 2));
+    EXPECT_EQ(refused.status, 503);
+    EXPECT_NE(refused.body.find("/problems/batches-unavailable"), std::string::npos)
+        << refused.body;
+    EXPECT_NE(refused.header("retry-after"), "");
+    EXPECT_EQ(
+        http(relitd.port(), "POST", "/v1/render", R"({"height": {"image": ")" + image + "\"}}")
+            .status,
+        200);
+    EXPECT_EQ(http(relitd.port(), "GET", "/metrics").status, 200);
+    fs::rename(folder.path() / "copy", database);
+    EXPECT_TRUE(comes_true([&] {
+        return http(relitd.port(), "GET", "/v1/batches/" + id + "/frames/0").status == 200;
+    })) << relitd.log();
+    EXPECT_EQ(http(relitd.port(), "POST", "/v1/batches", orbit(image, 2)).status, 202);
+}
+
+}  // namespace
+}  // namespace relit::test
