@@ -14,25 +14,33 @@ RayTarget target_of(const LightSample& sample) { return {sample.at, sample.at_in
 }  // namespace
 
 Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-               const RenderControl& control)
+               const RenderControl& control, SkyLights skies)
     : scene_(scene),
       field_(*scene.field),
       prepared_(prepared_solid(scene, control)),
       solid_(prepared_->solid),
       packets_(prepared_->packets),
       first_light_samples_(0),
+      skies_(std::move(skies)),
       base_(shading_colour(scene.material.base_colour, transfer)),
       diffuse_(shading_colour(scene.material.diffuse_colour, transfer)),
       specular_(shading_colour(scene.material.specular_colour, transfer)) {
     for (int i = 0; i < solid_.width; ++i) column_x_.push_back(surface_point(solid_, i, 0).x);
     for (int j = 0; j < solid_.height; ++j) row_y_.push_back(surface_point(solid_, 0, j).y);
     assert(!scene.lights.empty());
-    for (const Light& light : scene.lights) {
+    assert(skies_.empty() || skies_.size() == scene.lights.size());
+    for (std::size_t n = 0; n < scene.lights.size(); ++n) {
+        if (!skies_.empty() && skies_[n]) continue;
+        const auto* environment = std::get_if<EnvironmentLight>(&scene.lights[n]);
         const std::vector<LightSample> of_light =
-            samples_of(light, {solid_.y_size()}, transfer, sampling);
+            environment
+                ? samples_of(*environment, {solid_.y_size()},
+                             *shared_environment_lights(*environment, sampling, control.cache))
+                : samples_of(scene.lights[n], {solid_.y_size()}, transfer, sampling);
         samples_.insert(samples_.end(), of_light.begin(), of_light.end());
-        if (first_light_samples_ == 0) first_light_samples_ = of_light.size();
+        if (n == 0) first_light_samples_ = of_light.size();
     }
+    if (!skies_.empty()) first_sky_ = skies_.front().get();
 }
 
 Vec3 Shader::start(TexelIndex at) const { return starts({&at, 1}).front(); }
@@ -106,13 +114,22 @@ std::vector<Rgb> Shader::beauty(std::span<const TexelIndex> texels,
                                 const std::stop_token& stop) const {
     const Material& m = scene_.material;
     const double matt = 1 - m.specular.k;
-    const std::vector<Vec3> from = starts(texels);
-    std::vector<Vec3> normals;
+    std::vector<Vec3> from, normals;
+    if (!samples_.empty()) from = starts(texels);
     if (m.specular.k > 0)
         for (const TexelIndex at : texels) normals.push_back(normal(at));
 
     std::vector<double> matt_share(texels.size(), matt), d(texels.size());
     std::vector<Rgb> gloss(texels.size()), diffuse(texels.size()), glossy(texels.size());
+    for (const auto& sky : skies_) {
+        if (!sky) continue;
+        const std::vector<Rgb> sums =
+            matt > 0 ? sky->diffuse(texels) : std::vector<Rgb>(texels.size());
+        for (std::size_t k = 0; k < texels.size(); ++k) {
+            diffuse[k] = diffuse[k] + matt * sums[k];
+            if (m.specular.k > 0) glossy[k] = glossy[k] + sky->highlight(normals[k]);
+        }
+    }
     for (const LightSample& sample : samples_) {
         if (sample.radiance == Rgb{}) continue;
         if (stop.stop_requested()) break;
@@ -142,8 +159,13 @@ std::vector<Rgb> Shader::beauty(std::span<const TexelIndex> texels,
 
 std::vector<double> Shader::illumination(std::span<const TexelIndex> texels,
                                          const std::stop_token& stop) const {
-    const std::vector<Vec3> from = starts(texels);
     std::vector<double> mean(texels.size()), d(texels.size());
+    if (first_sky_) {
+        const std::vector<Rgb> sums = first_sky_->diffuse(texels);
+        for (std::size_t k = 0; k < texels.size(); ++k) mean[k] = std::min(sums[k].r, 1.0);
+        return mean;
+    }
+    const std::vector<Vec3> from = starts(texels);
     for (std::size_t q = 0; q < first_light_samples_ && !stop.stop_requested(); ++q) {
         illuminate(samples_[q], from, d);
         for (std::size_t k = 0; k < texels.size(); ++k) mean[k] += samples_[q].weight * d[k];
@@ -159,6 +181,7 @@ std::vector<double> Shader::thickness(std::span<const TexelIndex> texels) const 
 }
 
 double Shader::specular(TexelIndex at) const {
+    if (first_sky_) return first_sky_->highlight(normal(at)).r;
     double sum = 0;
     for (std::size_t q = 0; q < first_light_samples_; ++q)
         for_each_highlight(samples_[q], start(at), normal(at),
@@ -167,6 +190,7 @@ double Shader::specular(TexelIndex at) const {
 }
 
 double Shader::scatter(TexelIndex at) const {
+    if (first_sky_) return first_sky_->scatter().r;
     double sum = 0;
     for (std::size_t q = 0; q < first_light_samples_; ++q) {
         const Vec3 to_light = ray_to(target_of(samples_[q]), start(at)).direction;

@@ -9,6 +9,7 @@
 
 #include "core/base/rect.h"
 #include "core/render/prepared.h"
+#include "core/render/sky_light.h"
 
 namespace relit {
 
@@ -18,8 +19,9 @@ namespace relit {
 /// Where `stop` is set the numbers are unfinished.
 class Shader {
 public:
+    /// @param skies  in place of the samples of some lights: one per light, null where there is none
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-           const RenderControl& control);
+           const RenderControl& control, SkyLights skies = {});
 
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E.
     [[nodiscard]] std::vector<Rgb> beauty(std::span<const TexelIndex> texels,
@@ -55,6 +57,8 @@ private:
     std::vector<double> column_x_, row_y_;  // scene units of texel centres
     std::vector<LightSample> samples_;      // of all lights, in the scene's order
     std::size_t first_light_samples_;       // how many of them are the first light's
+    SkyLights skies_;
+    const SkyLight* first_sky_ = nullptr;  // the first light, if it is one
     Rgb base_, diffuse_, specular_;
 };
 

@@ -1,0 +1,136 @@
+#include "core/render/sky_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/shade/factors.h"
+
+namespace relit {
+namespace {
+
+// Finer than a transfer can show; the parts are for highlights.
+constexpr EnvironmentSampling sky_sampling{.max_texels = 512, .regions = 2048, .parts = 4};
+
+Rgb interpolated(const Rgb* row, double a) { return (1 - a) * row[0] + a * row[1]; }
+
+// Grid points from -1 to 1 that show the ramp in some ten steps.
+int table_size(Falloff falloff) {
+    const double width = std::acos(falloff.lo) - std::acos(falloff.hi);
+    // A step of the grid turns the mirrored direction by 4 / size in the middle.
+    return std::clamp(int(std::ceil(4 * 10 / width)), 24, 384) + 1;
+}
+
+}  // namespace
+
+HighlightTable::HighlightTable(const std::vector<LightSample>& samples, Falloff falloff,
+                               const RenderControl& control)
+    : size_(table_size(falloff)), sums_(std::size_t(size_) * size_) {
+    struct Part {
+        float x, y, z, r, g, b;
+    };
+    std::vector<Part> parts;
+    const auto add = [&](Vec3 at, Rgb c) {
+        if (!(c == Rgb{}))
+            parts.push_back(
+                {float(at.x), float(at.y), float(at.z), float(c.r), float(c.g), float(c.b)});
+    };
+    for (const LightSample& sample : samples) {
+        if (sample.parts.empty()) add(sample.at, sample.radiance);
+        for (const SamplePart& part : sample.parts) add(part.at, part.radiance);
+    }
+    const float lo = float(falloff.lo), inverse = float(1 / (falloff.hi - falloff.lo));
+    parallel_rows(control.executor, size_, control.stop, [&](RowRange rows) {
+        for (int q = rows.begin; q < rows.end; ++q)
+            for (int p = 0; p < size_; ++p) {
+                double x = 2.0 * p / (size_ - 1) - 1, y = 2.0 * q / (size_ - 1) - 1;
+                const double out = std::hypot(x, y);
+                const double step = 2.0 / (size_ - 1);
+                if (out > 1 + 2 * step) continue;  // no normal is near
+                if (out > 1) x /= out, y /= out;
+                const double z = std::sqrt(std::max(0.0, 1 - x * x - y * y));
+                const float mx = float(2 * z * x), my = float(2 * z * y), mz = float(2 * z * z - 1);
+                float r = 0, g = 0, b = 0;
+                for (const Part& part : parts) {
+                    const float c = mx * part.x + my * part.y + mz * part.z;
+                    const float s = std::min(std::max((c - lo) * inverse, 0.0f), 1.0f);
+                    r += s * part.r;
+                    g += s * part.g;
+                    b += s * part.b;
+                }
+                sums_[std::size_t(q) * size_ + p] = {r, g, b};
+            }
+    });
+}
+
+Rgb HighlightTable::at(Vec3 normal) const {
+    const double x = 0.5 * (normal.x + 1) * (size_ - 1), y = 0.5 * (normal.y + 1) * (size_ - 1);
+    const int i = std::clamp(int(x), 0, size_ - 2), j = std::clamp(int(y), 0, size_ - 2);
+    const Rgb* lower = &sums_[std::size_t(j) * size_ + i];
+    return (1 - (y - j)) * interpolated(lower, x - i) +
+           (y - j) * interpolated(lower + size_, x - i);
+}
+
+bool SkyLight::covers(const Scene& scene, const Light& light, const Solid& solid) {
+    const auto* environment = std::get_if<EnvironmentLight>(&light);
+    const Material& m = scene.material;
+    return environment && !environment->radius &&
+           environment->map->texels() > std::size_t(final_environment.max_texels) &&
+           m.illumination != Illumination::count && !(m.specular.k > 0 && m.specular.occlude) &&
+           SkyTransfer::covers(solid, m.depth);
+}
+
+SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, bool has_diffuse,
+                   Rect part, bool preview, const RenderControl& control) {
+    std::vector<LightSample> samples =
+        samples_of(light, {}, *shared_environment_lights(light, sky_sampling, control.cache));
+    for (LightSample& sample : samples) {
+        if (sum == Sum::weights) {
+            sample.radiance = {sample.weight, sample.weight, sample.weight};
+            for (SamplePart& p : sample.parts) p.radiance = {p.weight, p.weight, p.weight};
+        }
+        scatter_ =
+            scatter_ + scatter_factor(sample.at, scene.material.scatter.falloff) * sample.radiance;
+    }
+    if (has_diffuse)
+        prepare_diffuse(scene, samples, sum == Sum::colours ? scene.material.scatter.k : 0, part,
+                        preview, control);
+    if (sum == Sum::weights || scene.material.specular.k > 0)
+        highlights_ = std::make_unique<const HighlightTable>(
+            samples, scene.material.specular.falloff, control);
+}
+
+void SkyLight::prepare_diffuse(const Scene& scene, const std::vector<LightSample>& samples,
+                               double scattered, Rect part, bool preview,
+                               const RenderControl& control) {
+    const auto prepared = prepared_solid(scene, control);
+    const PreparedSky sky = prepared_sky(scene, prepared->solid, part, preview, control);
+    transfer_ = sky.transfer;
+    coarse_directions_ = sky.coarse ? preview_sky.azimuths * preview_sky.elevations : 0;
+    SkyWeights weights(transfer_->has_lower_half());
+    for (const LightSample& sample : samples) {
+        const double f = scatter_factor(sample.at, scene.material.scatter.falloff);
+        weights.add(sample.at, ((1 - scattered) + scattered * f) * sample.radiance);
+    }
+    sky_ = transfer_->stored(weights);
+}
+
+std::vector<Rgb> SkyLight::diffuse(std::span<const TexelIndex> texels) const {
+    constexpr int block_texels = SkyTransfer::block_texels;
+    const Rect part = transfer_->part();
+    std::vector<Rgb> sums(texels.size());
+    float lit[3][block_texels];
+    TexelIndex block{-1, -1};  // that `lit` is of
+    for (std::size_t k = 0; k < texels.size(); ++k) {
+        const int i = texels[k].i - part.x;
+        const TexelIndex needed{i / block_texels, texels[k].j};
+        if (needed.i != block.i || needed.j != block.j) {
+            transfer_->light(sky_, needed.i, needed.j, lit);
+            block = needed;
+        }
+        const int n = i % block_texels;
+        sums[k] = {lit[0][n], lit[1][n], lit[2][n]};
+    }
+    return sums;
+}
+
+}  // namespace relit
