@@ -17,7 +17,7 @@
 
 namespace relit::hemisphere {
 
-inline constexpr int degree = 8;
+inline constexpr int degree = 9;
 inline constexpr int functions = (degree + 1) * (degree + 2) / 2;
 
 /// One function, or a pair of them: radial(z) times cos(order phi) and, for order > 0, radial(z)

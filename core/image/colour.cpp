@@ -1,5 +1,6 @@
 #include "core/image/colour.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace relit {
@@ -34,16 +35,35 @@ const Curve& srgb_curve() {
     return curve;
 }
 
+float position_on_curve(float linear) {
+    const float positive = linear > 0 ? linear : 0;
+    return std::sqrt(positive < 1 ? positive : 1) * curve_steps;
+}
+
+float encoded(const Curve& curve, float linear, float position) {
+    const int i = int(position);
+    const float on_curve = curve[i] + (position - float(i)) * (curve[i + 1] - curve[i]);
+    const float kept = linear <= 0.0031308f ? 12.92f * linear : on_curve;
+    return linear > 0 ? linear >= 1 ? 1 : kept : 0;
+}
+
 }  // namespace
 
 float linear_to_srgb(float linear) {
-    if (!(linear > 0)) return 0;
-    if (linear >= 1) return 1;
-    if (linear <= 0.0031308f) return 12.92f * linear;
+    return encoded(srgb_curve(), linear, position_on_curve(linear));
+}
+
+void encode_srgb(std::span<float> texels, int channels) {
     const Curve& curve = srgb_curve();
-    const float position = std::sqrt(linear) * curve_steps;
-    const int i = int(position);
-    return curve[i] + (position - float(i)) * (curve[i + 1] - curve[i]);
+    constexpr int run = 1536;
+    float positions[run];  // apart: square roots by the register
+    for (std::size_t first = 0; first < texels.size(); first += run) {
+        const int count = int(std::min<std::size_t>(run, texels.size() - first));
+        float* numbers = &texels[first];
+        for (int n = 0; n < count; ++n) positions[n] = position_on_curve(numbers[n]);
+        for (int n = 0; n < count; n += channels)
+            for (int c = n; c < n + 3; ++c) numbers[c] = encoded(curve, numbers[c], positions[c]);
+    }
 }
 
 Rgb shading_colour(const Colour& colour, Transfer transfer) {

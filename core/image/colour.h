@@ -35,6 +35,9 @@ constexpr double luminance(Rgb c) { return c.r + 0.7152 * (c.g - c.r) + 0.0722 *
 /// the formula.
 [[nodiscard]] float linear_to_srgb(float linear);
 
+/// The first three of every `channels` numbers, sRGB-encoded in place. @pre 3 or 4 channels
+void encode_srgb(std::span<float> texels, int channels);
+
 /// What the numbers of a picture mean between file and shading (integrated model, section 7).
 enum class Transfer {
     srgb,  ///< shading is in linear light; integer files and `#rrggbb` are sRGB-encoded

@@ -205,7 +205,7 @@ GatheredEnvironment gathered_environment(const Image& map, Weighting weighting,
 }
 
 std::vector<LightSample> samples_of(const EnvironmentLight& light, MapExtent extent,
-                                    const GatheredEnvironment& gathered) {
+                                    const GatheredEnvironment& gathered, bool with_parts) {
     const double mean = gathered.mean_luminance;
     const double intensity = light.intensity.value_or(mean > 0 ? auto_exposure / mean : 0);
     const Turn turn(light.rotation);
@@ -215,11 +215,13 @@ std::vector<LightSample> samples_of(const EnvironmentLight& light, MapExtent ext
         return Vec3{0.5, 0.5 * extent.y_size, 0} + *light.radius * turned;
     };
     std::vector<LightSample> result;
+    result.reserve(gathered.regions.size());
     for (const EnvironmentRegion& region : gathered.regions) {
         LightSample sample{
             placed(region.direction), !light.radius, intensity * region.radiance, region.weight, {}};
-        for (const SamplePart& part : region.parts)
-            sample.parts.push_back({placed(part.at), intensity * part.radiance, part.weight});
+        if (with_parts)
+            for (const SamplePart& part : region.parts)
+                sample.parts.push_back({placed(part.at), intensity * part.radiance, part.weight});
         result.push_back(std::move(sample));
     }
     return result;

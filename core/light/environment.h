@@ -46,7 +46,9 @@ struct GatheredEnvironment {
                                                        EnvironmentSampling sampling);
 
 /// The samples of an environment light whose map and weighting `gathered` is made of.
+/// @param with_parts  false: nobody asks for highlights
 [[nodiscard]] std::vector<LightSample> samples_of(const EnvironmentLight& light, MapExtent extent,
-                                                  const GatheredEnvironment& gathered);
+                                                  const GatheredEnvironment& gathered,
+                                                  bool with_parts = true);
 
 }  // namespace relit

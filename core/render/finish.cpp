@@ -63,7 +63,9 @@ void finish_beauty(Image& image, const Output& output, const Executor& executor,
         image = over(image, shading_colour(*output.background, output.transfer));
     if (output.linear) associate_alpha(image);
     else if (output.transfer == Transfer::srgb)
-        map_colour_rows(image, executor, stop, linear_to_srgb);
+        parallel_rows(executor, image.height, stop, [&](RowRange rows) {
+            for (int y = rows.begin; y < rows.end; ++y) encode_srgb(image.row(y), image.channels);
+        });
 }
 
 void finish_data(Image& image, const Output& output) {

@@ -36,15 +36,10 @@ int channels_of(Layer layer, const HeightField& field) {
     return field.alpha.empty() ? 3 : 4;
 }
 
-// The nearest float; what is beyond them all is the largest.
-float stored(double value) {
-    return float(std::min<double>(value, std::numeric_limits<float>::max()));
-}
-
 void store(float* out, Rgb colour) {
-    out[0] = stored(colour.r);
-    out[1] = stored(colour.g);
-    out[2] = stored(colour.b);
+    out[0] = stored_number(colour.r);
+    out[1] = stored_number(colour.g);
+    out[2] = stored_number(colour.b);
 }
 
 // A pixel of a tile and the texel that its numbers come from.
@@ -150,7 +145,11 @@ int coarse_environment(const Scene& scene, const Output& output, const SkyLights
     return fewest;
 }
 
-constexpr int tile_size = 16;  // of the squares that are shaded at a time: what packets like
+// What is shaded at a time: squares are what packets of rays like, rows lie one after the other in
+// memory.
+PictureSize tile_size(const Shader& shader) {
+    return shader.sends_rays() ? PictureSize{16, 16} : PictureSize{512, 1};
+}
 
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
 Image shade(const Scene& scene, const Output& output, Rect part, SkyLights skies,
@@ -180,15 +179,20 @@ Image shade(const Scene& scene, const Output& output, Rect part, SkyLights skies
             }
         return pixels;
     };
-    const int across = (part.width + tile_size - 1) / tile_size;
-    const int down = (part.height + tile_size - 1) / tile_size;
+    const PictureSize size = tile_size(shader);
+    const bool by_rows = layer == Layer::beauty && field.alpha.empty() && !shader.sends_rays();
+    const int across = (part.width + size.width - 1) / size.width;
+    const int down = (part.height + size.height - 1) / size.height;
     Progress progress(control.progress, across * down);
     parallel_rows(control.executor, across * down, control.stop, [&](RowRange tiles) {
         for (int n = tiles.begin; n < tiles.end; ++n) {
-            const int x = n % across * tile_size, y = n / across * tile_size;
-            const Rect tile{x, y, std::min(tile_size, part.width - x),
-                            std::min(tile_size, part.height - y)};
-            shade_tile(shader, field, layer, pixels_of(tile), control.stop);
+            const int x = n % across * size.width, y = n / across * size.height;
+            const Rect tile{x, y, std::min(size.width, part.width - x),
+                            std::min(size.height, part.height - y)};
+            if (by_rows)
+                shader.beauty_row(part.x + x, part.y + y, tile.width,
+                                  &image.row(y)[std::size_t(x) * 3]);
+            else shade_tile(shader, field, layer, pixels_of(tile), control.stop);
             progress.tile_done();
         }
     });

@@ -157,6 +157,27 @@ std::vector<Rgb> Shader::beauty(std::span<const TexelIndex> texels,
     return colours;
 }
 
+void Shader::beauty_row(int i, int j, int count, float* out) const {
+    assert(!sends_rays());
+    const Material& m = scene_.material;
+    const double matt = 1 - m.specular.k;
+    const Rgb base = matt * base_, diffuse = matt * diffuse_, glossy = m.specular.k * specular_;
+    std::vector<Rgb> sums(count);
+    for (const auto& sky : skies_)
+        if (matt > 0) sky->add_diffuse(i, j, sums);
+    for (int k = 0; k < count; ++k, out += 3) {
+        const TexelIndex at{i + k, j};
+        Rgb colour = base + albedo(at) * diffuse * sums[k];
+        if (m.specular.k > 0) {
+            const Vec3 n = normal(at);
+            for (const auto& sky : skies_) colour = colour + glossy * sky->highlight(n);
+        }
+        out[0] = stored_number(colour.r);
+        out[1] = stored_number(colour.g);
+        out[2] = stored_number(colour.b);
+    }
+}
+
 std::vector<double> Shader::illumination(std::span<const TexelIndex> texels,
                                          const std::stop_token& stop) const {
     std::vector<double> mean(texels.size()), d(texels.size());

@@ -3,6 +3,8 @@
 // and 9; the numbers below are its section 5.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -23,9 +25,14 @@ public:
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
            const RenderControl& control, SkyLights skies = {});
 
+    /// Whether beauty() and illumination() send rays out; else lists along rows are the best.
+    [[nodiscard]] bool sends_rays() const { return !samples_.empty(); }
+
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E.
     [[nodiscard]] std::vector<Rgb> beauty(std::span<const TexelIndex> texels,
                                           const std::stop_token& stop = {}) const;
+    /// The same for `count` texels of row j from column i on. @pre no rays are sent
+    void beauty_row(int i, int j, int count, float* out) const;
     /// Weighted mean of d over the first light's samples.
     [[nodiscard]] std::vector<double> illumination(std::span<const TexelIndex> texels,
                                                    const std::stop_token& stop = {}) const;
@@ -61,5 +68,10 @@ private:
     const SkyLight* first_sky_ = nullptr;  // the first light, if it is one
     Rgb base_, diffuse_, specular_;
 };
+
+/// The nearest float; what is beyond them all is the largest.
+inline float stored_number(double value) {
+    return float(std::min<double>(value, std::numeric_limits<float>::max()));
+}
 
 }  // namespace relit

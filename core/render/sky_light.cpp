@@ -81,8 +81,9 @@ bool SkyLight::covers(const Scene& scene, const Light& light, const Solid& solid
 
 SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, bool has_diffuse,
                    Rect part, bool preview, const RenderControl& control) {
-    std::vector<LightSample> samples =
-        samples_of(light, {}, *shared_environment_lights(light, sky_sampling, control.cache));
+    const bool glossy = sum == Sum::weights || scene.material.specular.k > 0;
+    std::vector<LightSample> samples = samples_of(
+        light, {}, *shared_environment_lights(light, sky_sampling, control.cache), glossy);
     for (LightSample& sample : samples) {
         if (sum == Sum::weights) {
             sample.radiance = {sample.weight, sample.weight, sample.weight};
@@ -94,7 +95,7 @@ SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, b
     if (has_diffuse)
         prepare_diffuse(scene, samples, sum == Sum::colours ? scene.material.scatter.k : 0, part,
                         preview, control);
-    if (sum == Sum::weights || scene.material.specular.k > 0)
+    if (glossy)
         highlights_ = std::make_unique<const HighlightTable>(
             samples, scene.material.specular.falloff, control);
 }
@@ -114,21 +115,31 @@ void SkyLight::prepare_diffuse(const Scene& scene, const std::vector<LightSample
     sky_ = transfer_->stored(weights);
 }
 
-std::vector<Rgb> SkyLight::diffuse(std::span<const TexelIndex> texels) const {
+void SkyLight::add_diffuse(int i, int j, std::span<Rgb> sums) const {
     constexpr int block_texels = SkyTransfer::block_texels;
-    const Rect part = transfer_->part();
-    std::vector<Rgb> sums(texels.size());
     float lit[3][block_texels];
-    TexelIndex block{-1, -1};  // that `lit` is of
-    for (std::size_t k = 0; k < texels.size(); ++k) {
-        const int i = texels[k].i - part.x;
-        const TexelIndex needed{i / block_texels, texels[k].j};
-        if (needed.i != block.i || needed.j != block.j) {
-            transfer_->light(sky_, needed.i, needed.j, lit);
-            block = needed;
+    const int first = i - transfer_->part().x;
+    int block = -1;  // that `lit` is of
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+        const int place = first + int(k);
+        if (place / block_texels != block) {
+            block = place / block_texels;
+            transfer_->light(sky_, block, j, lit);
         }
-        const int n = i % block_texels;
-        sums[k] = {lit[0][n], lit[1][n], lit[2][n]};
+        const int n = place % block_texels;
+        sums[k] = sums[k] + Rgb{lit[0][n], lit[1][n], lit[2][n]};
+    }
+}
+
+std::vector<Rgb> SkyLight::diffuse(std::span<const TexelIndex> texels) const {
+    std::vector<Rgb> sums(texels.size());
+    for (std::size_t k = 0; k < texels.size();) {  // run by run of neighbours
+        std::size_t end = k + 1;
+        while (end < texels.size() && texels[end].j == texels[k].j &&
+               texels[end].i == texels[k].i + int(end - k))
+            ++end;
+        add_diffuse(texels[k].i, texels[k].j, std::span(sums).subspan(k, end - k));
+        k = end;
     }
     return sums;
 }

@@ -52,6 +52,9 @@ public:
     /// Sum over the light of radiance times d; of colours also times (1 - k_f) + k_f f.
     [[nodiscard]] std::vector<Rgb> diffuse(std::span<const TexelIndex> texels) const;
 
+    /// The same for the neighbours of row j from column i on, added to `sums`.
+    void add_diffuse(int i, int j, std::span<Rgb> sums) const;
+
     /// Sum of radiance times s.
     [[nodiscard]] Rgb highlight(Vec3 normal) const { return highlights_->at(normal); }
 

@@ -376,7 +376,9 @@ void sum_products(const short* block, int pairs, const short* weights, int* out)
     for (int r = 0; r < registers; ++r) {
         Ints sums[3] = {broadcast(0), broadcast(0), broadcast(0)};
         for (int pair = 0; pair < pairs; ++pair) {
-            const Shorts numbers = load(block + (pair * registers + r) * short_lanes);
+            const short* place = block + (pair * registers + r) * short_lanes;
+            __builtin_prefetch(place + 2 * pairs * registers * short_lanes);  // memory is the limit
+            const Shorts numbers = load(place);
             for (int c = 0; c < 3; ++c)
                 sums[c] = sums[c] +
                           sums_of_products(numbers, broadcast_pair(weights + (pair * 3 + c) * 2));

@@ -35,7 +35,9 @@ TEST(Hemisphere, ValuesAreTheRadialPartsTimesCosinesAndSines) {
     for (const hemisphere::Radial radial : hemisphere::radials()) {
         const double r = hemisphere::radial_value(radial, z);
         EXPECT_NEAR(values[f++], r * std::cos(radial.order * phi), 1e-12);
-        if (radial.order > 0) EXPECT_NEAR(values[f++], r * std::sin(radial.order * phi), 1e-12);
+        if (radial.order > 0) {
+            EXPECT_NEAR(values[f++], r * std::sin(radial.order * phi), 1e-12);
+        }
     }
     EXPECT_EQ(f, hemisphere::functions);
 }
