@@ -34,7 +34,8 @@ std::uint64_t bytes_of(const HeightField& field) {
 
 PreparedSolid::PreparedSolid(const Scene& scene, const RenderControl& control)
     : solid(make_solid(*scene.field, scene.relief, scene.base, scene.material.depth)),
-      packets(solid, control.executor, control.simd) {}
+      packets(solid, control.executor, control.simd),
+      roughness(SkyTransfer::roughness(solid)) {}
 
 std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
                                                     const RenderControl& control) {

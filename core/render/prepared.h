@@ -17,6 +17,7 @@ namespace relit {
 struct PreparedSolid {
     Solid solid;
     PacketSolid packets;  ///< of `solid`
+    double roughness;     ///< SkyTransfer::roughness()
 
     PreparedSolid(const Scene& scene, const RenderControl& control);
 };

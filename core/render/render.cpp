@@ -118,8 +118,7 @@ SkyLights sky_lights(const Scene& scene, const Output& output, Rect part,
     SkyLights skies;
     for (const Light& light : scene.lights) {
         skies.emplace_back();
-        if ((beauty || &light == &scene.lights.front()) &&
-            SkyLight::covers(scene, light, prepared->solid))
+        if ((beauty || &light == &scene.lights.front()) && SkyLight::covers(scene, light, *prepared))
             skies.back() = std::make_unique<const SkyLight>(
                 scene, std::get<EnvironmentLight>(light),
                 beauty ? SkyLight::Sum::colours : SkyLight::Sum::weights, has_diffuse, part,

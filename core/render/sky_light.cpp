@@ -70,13 +70,14 @@ Rgb HighlightTable::at(Vec3 normal) const {
            (y - j) * interpolated(lower + size_, x - i);
 }
 
-bool SkyLight::covers(const Scene& scene, const Light& light, const Solid& solid) {
+bool SkyLight::covers(const Scene& scene, const Light& light, const PreparedSolid& prepared) {
     const auto* environment = std::get_if<EnvironmentLight>(&light);
     const Material& m = scene.material;
     return environment && !environment->radius &&
            environment->map->texels() > std::size_t(final_environment.max_texels) &&
            m.illumination != Illumination::count && !(m.specular.k > 0 && m.specular.occlude) &&
-           SkyTransfer::covers(solid, m.depth);
+           prepared.roughness <= SkyTransfer::max_roughness &&
+           SkyTransfer::covers(prepared.solid, m.depth);
 }
 
 SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, bool has_diffuse,

@@ -35,8 +35,10 @@ public:
     /// texels that their full sum is asked for, which is then exact; one on a sphere of finite
     /// radius, where d depends on more than the direction; `count`, which needs such a radius;
     /// highlights that d occludes, where the product of s and d is sharper than the functions that
-    /// d is projected on; a floor above the starts of rays, and a relief of more than 600 depths.
-    [[nodiscard]] static bool covers(const Scene& scene, const Light& light, const Solid& solid);
+    /// d is projected on; a floor above the starts of rays, a relief of more than 600 depths, and
+    /// noise, where means of heights say little.
+    [[nodiscard]] static bool covers(const Scene& scene, const Light& light,
+                                     const PreparedSolid& prepared);
 
     /// What is summed: what the light adds to a colour, or its weights, for the layers of data.
     enum class Sum { colours, weights };

@@ -59,6 +59,18 @@ void SkyWeights::add(Vec3 to_light, Rgb radiance) {
     for (int f = 0; f < hemisphere::functions; ++f) half[f] = half[f] + values[f] * radiance;
 }
 
+double SkyTransfer::roughness(const Solid& solid) {
+    double sum = 0;
+    for (int v = 1; v <= solid.height; ++v) {
+        const float* row = solid.z.row(v).data();
+        float of_row = 0;
+        for (int u = 1; u <= solid.width; ++u)
+            of_row += std::abs((row[u - 1] - row[u]) + (row[u + 1] - row[u]));
+        sum += of_row;
+    }
+    return sum / solid.height;  // a mean in texels: times the width, divided by it
+}
+
 bool SkyTransfer::covers(const Solid& solid, double depth) {
     const double lowest = solid.endless_ground ? 0 : std::min(0.0, solid.floor_z);
     const double range = std::max(solid.top_z, 0.0) - lowest + 2 * depth;

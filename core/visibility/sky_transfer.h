@@ -50,8 +50,14 @@ struct StoredSky {
 
 class SkyTransfer {
 public:
+    /// By how much the surface bends from texel to texel, in texels, in the mean along the rows:
+    /// 0.1 to 0.6 on scans and terrain, tens on noise.
+    [[nodiscard]] static double roughness(const Solid& solid);
+    /// The roughest that the smoothed march is within its bounds for.
+    static constexpr double max_roughness = 1;
+
     /// Whether the 16-bit march can do a solid: its heights are fine enough beside the depth, and
-    /// no floor lies above a start.
+    /// no floor lies above a start. What it gives of a rough one is out of bounds all the same.
     [[nodiscard]] static bool covers(const Solid& solid, double depth);
 
     /// Of the texels of `part`. Each one's numbers are the same with any part, executor and Simd.

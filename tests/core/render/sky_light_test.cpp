@@ -227,9 +227,8 @@ TEST(SkyLight, DataLayersAreThoseOfTheSamples) {
 TEST(SkyLight, LeavesToTheSamplesWhatDependsOnMoreThanDirections) {
     Scene scene = scene_of(hills(32, 32), sun_and_sky(32));
     const auto covered = [&] {
-        return SkyLight::covers(
-            scene, scene.lights[0],
-            make_solid(*scene.field, scene.relief, scene.base, scene.material.depth));
+        const RenderControl control{executor()};
+        return SkyLight::covers(scene, scene.lights[0], PreparedSolid(scene, control));
     };
     EXPECT_TRUE(covered());
     const Scene whole = scene;
@@ -243,6 +242,11 @@ TEST(SkyLight, LeavesToTheSamplesWhatDependsOnMoreThanDirections) {
     EXPECT_FALSE(covered());
     scene = whole;
     scene.material.depth = 1e-5;  // too fine for 16-bit heights
+    EXPECT_FALSE(covered());
+    scene = whole;
+    Random random(1);
+    scene.field = shared(field_of(32, 32, [&](int, int) { return random(); }));
+    scene.relief = 0.5;
     EXPECT_FALSE(covered());
     scene = whole;
     scene.lights = {EnvironmentLight{.map = sun_and_sky(16)}};  // summed in full
