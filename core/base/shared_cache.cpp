@@ -17,6 +17,15 @@ std::shared_ptr<const void> SharedCache::get_any(const std::string& key,
     }
 }
 
+std::shared_ptr<const void> SharedCache::find_any(const std::string& key) {
+    const std::scoped_lock lock(mutex_);
+    const auto found = entries_.find(key);
+    if (found == entries_.end() || !found->second.thing) return nullptr;
+    ++hits_;
+    ages_.splice(ages_.end(), ages_, found->second.age);
+    return found->second.thing;
+}
+
 std::shared_ptr<const void> SharedCache::make_here(std::unique_lock<std::mutex>& lock,
                                                    const std::string& key,
                                                    const std::function<Made<void>()>& make) {

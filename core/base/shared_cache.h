@@ -46,6 +46,13 @@ public:
         return std::static_pointer_cast<const T>(thing);
     }
 
+    /// The thing of that key if it is here, else null: nothing is made and nobody waited for. Counts
+    /// as asked for.
+    template <class T>
+    [[nodiscard]] std::shared_ptr<const T> find(const std::string& key) {
+        return std::static_pointer_cast<const T>(find_any(key));
+    }
+
     // For the metrics.
     [[nodiscard]] std::uint64_t bytes() const;   ///< of the things that are kept
     [[nodiscard]] std::uint64_t hits() const;    ///< askings for what was there or being made
@@ -60,6 +67,7 @@ private:
 
     std::shared_ptr<const void> get_any(const std::string& key,
                                         const std::function<Made<void>()>& make);
+    std::shared_ptr<const void> find_any(const std::string& key);
     std::shared_ptr<const void> make_here(std::unique_lock<std::mutex>& lock,
                                           const std::string& key,
                                           const std::function<Made<void>()>& make);

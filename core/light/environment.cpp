@@ -14,6 +14,24 @@ namespace relit {
 namespace {
 
 constexpr double pi = std::numbers::pi;
+// `auto` gives an open plane under a uniform sky 0.4 (section 6).
+constexpr double auto_exposure = 1.6;
+
+// A rotation of many directions.
+struct Turn {
+    double cy, sy, cp, sp;
+
+    explicit Turn(Rotation rotation)
+        : cy(std::cos(radians(rotation.yaw_deg))),
+          sy(std::sin(radians(rotation.yaw_deg))),
+          cp(std::cos(radians(rotation.pitch_deg))),
+          sp(std::sin(radians(rotation.pitch_deg))) {}
+
+    Vec3 operator()(Vec3 d) const {
+        const Vec3 yawed{cy * d.x + sy * d.z, d.y, cy * d.z - sy * d.x};
+        return {yawed.x, cp * yawed.y - sp * yawed.z, sp * yawed.y + cp * yawed.z};
+    }
+};
 
 double latitude(int j, int height) { return pi * (0.5 - (j + 0.5) / height); }
 
@@ -140,13 +158,7 @@ Vec3 environment_direction(int i, int j, int width, int height) {
             std::cos(longitude) * std::cos(phi)};
 }
 
-Vec3 rotated(Vec3 d, Rotation rotation) {
-    const double cy = std::cos(radians(rotation.yaw_deg)), sy = std::sin(radians(rotation.yaw_deg));
-    const double cp = std::cos(radians(rotation.pitch_deg)),
-                 sp = std::sin(radians(rotation.pitch_deg));
-    const Vec3 yawed{cy * d.x + sy * d.z, d.y, cy * d.z - sy * d.x};
-    return {yawed.x, cp * yawed.y - sp * yawed.z, sp * yawed.y + cp * yawed.z};
-}
+Vec3 rotated(Vec3 d, Rotation rotation) { return Turn(rotation)(d); }
 
 double mean_luminance(const Image& map) {
     const std::vector<double> weights = row_weights(map, Weighting::solid_angle);
@@ -178,6 +190,41 @@ std::vector<EnvironmentRegion> environment_regions(const Image& map, Weighting w
         regions.push_back(std::move(region));
     }
     return regions;
+}
+
+std::uint64_t GatheredEnvironment::bytes() const {
+    std::uint64_t bytes = regions.size() * sizeof(EnvironmentRegion);
+    for (const EnvironmentRegion& region : regions)
+        bytes += region.parts.size() * sizeof(SamplePart);
+    return bytes;
+}
+
+GatheredEnvironment gathered_environment(const Image& map, Weighting weighting,
+                                         EnvironmentSampling sampling) {
+    return {environment_regions(map, weighting, sampling), mean_luminance(map)};
+}
+
+std::vector<LightSample> samples_of(const EnvironmentLight& light, MapExtent extent,
+                                    const GatheredEnvironment& gathered, bool with_parts) {
+    const double mean = gathered.mean_luminance;
+    const double intensity = light.intensity.value_or(mean > 0 ? auto_exposure / mean : 0);
+    const Turn turn(light.rotation);
+    const auto placed = [&](Vec3 direction) {
+        const Vec3 turned = turn(direction);
+        if (!light.radius) return turned;
+        return Vec3{0.5, 0.5 * extent.y_size, 0} + *light.radius * turned;
+    };
+    std::vector<LightSample> result;
+    result.reserve(gathered.regions.size());
+    for (const EnvironmentRegion& region : gathered.regions) {
+        LightSample sample{
+            placed(region.direction), !light.radius, intensity * region.radiance, region.weight, {}};
+        if (with_parts)
+            for (const SamplePart& part : region.parts)
+                sample.parts.push_back({placed(part.at), intensity * part.radiance, part.weight});
+        result.push_back(std::move(sample));
+    }
+    return result;
 }
 
 }  // namespace relit

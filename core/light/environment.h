@@ -3,6 +3,8 @@
 // Debevec 2005, "A median cut algorithm for light probe sampling".
 #pragma once
 
+#include <cstdint>
+
 #include "core/light/light.h"
 
 namespace relit {
@@ -30,5 +32,23 @@ struct EnvironmentRegion {
 [[nodiscard]] std::vector<EnvironmentRegion> environment_regions(const Image& map,
                                                                  Weighting weighting,
                                                                  EnvironmentSampling sampling);
+
+/// An environment's lights before intensity and rotation: what a map and its weighting give, to be
+/// kept for all who use them.
+struct GatheredEnvironment {
+    std::vector<EnvironmentRegion> regions;
+    double mean_luminance = 0;  ///< as above
+
+    [[nodiscard]] std::uint64_t bytes() const;
+};
+
+[[nodiscard]] GatheredEnvironment gathered_environment(const Image& map, Weighting weighting,
+                                                       EnvironmentSampling sampling);
+
+/// The samples of an environment light whose map and weighting `gathered` is made of.
+/// @param with_parts  false: nobody asks for highlights
+[[nodiscard]] std::vector<LightSample> samples_of(const EnvironmentLight& light, MapExtent extent,
+                                                  const GatheredEnvironment& gathered,
+                                                  bool with_parts = true);
 
 }  // namespace relit

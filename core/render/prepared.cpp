@@ -54,7 +54,8 @@ Image slopes_of(const HeightField& field, double relief, const Executor& executo
 PreparedSolid::PreparedSolid(const Scene& scene, const RenderControl& control)
     : solid(make_solid(*scene.field, scene.relief, scene.base, scene.material.depth)),
       packets(solid, control.executor, control.simd),
-      slopes(slopes_of(*scene.field, scene.relief, control.executor)) {}
+      slopes(slopes_of(*scene.field, scene.relief, control.executor)),
+      roughness(SkyTransfer::roughness(solid)) {}
 
 std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
                                                     const RenderControl& control) {
@@ -88,6 +89,48 @@ std::shared_ptr<const HeightField> smaller_shared_field(const HeightField& field
         const std::uint64_t bytes = bytes_of(*small);
         return SharedCache::Made<HeightField>{std::move(small), bytes};
     });
+}
+
+std::shared_ptr<const GatheredEnvironment> shared_environment_lights(const EnvironmentLight& light,
+                                                                     EnvironmentSampling sampling,
+                                                                     SharedCache* cache) {
+    const auto make = [&] {
+        auto made = std::make_shared<const GatheredEnvironment>(
+            gathered_environment(*light.map, light.weighting, sampling));
+        return SharedCache::Made<GatheredEnvironment>{made, made->bytes()};
+    };
+    if (!cache || light.map_key.empty()) return make().thing;
+    return cache->get<GatheredEnvironment>(
+        key_of("environment-lights", int(light.weighting), sampling.max_texels, sampling.regions,
+               sampling.parts, light.map_key),
+        make);
+}
+
+PreparedSky prepared_sky(const Scene& scene, const Solid& solid, Rect part, bool preview,
+                         const RenderControl& control) {
+    const HeightField& field = *scene.field;
+    const Material& m = scene.material;
+    const bool exponential = m.illumination == Illumination::exponential;
+    const SkyRays rays{scene.relief, m.depth, m.offset == Offset::normal, exponential,
+                       m.attenuation};
+    const auto key = [&](SkyDirections directions) {
+        return key_of("sky", directions.azimuths, directions.elevations, part.x, part.y, part.width,
+                      part.height, scene.relief, int(scene.base.kind), scene.base.level, m.depth,
+                      int(m.offset), exponential ? m.attenuation : -1, int(control.simd),
+                      field.shape_key);
+    };
+    const bool may_be_kept = control.cache && !field.key.empty() && !field.shape_key.empty();
+    if (preview && may_be_kept)
+        if (auto there = control.cache->find<SkyTransfer>(key(final_sky))) return {there, false};
+    const SkyDirections directions = preview ? preview_sky : final_sky;
+    return {shared<SkyTransfer>(control.cache, field, key(directions),
+                                [&] {
+                                    auto made = std::make_shared<const SkyTransfer>(
+                                        field, solid, rays, directions, part, control.executor,
+                                        control.stop, control.simd);
+                                    return SharedCache::Made<SkyTransfer>{made, made->bytes()};
+                                }),
+            preview};
 }
 
 }  // namespace relit

@@ -5,9 +5,11 @@
 #include <memory>
 #include <stop_token>
 
+#include "core/light/environment.h"
 #include "core/render/fringe.h"
 #include "core/render/render.h"
 #include "core/visibility/inside_lengths.h"
+#include "core/visibility/sky_transfer.h"
 
 namespace relit {
 
@@ -16,6 +18,7 @@ struct PreparedSolid {
     Solid solid;
     PacketSolid packets;  ///< of `solid`
     Image slopes;         ///< dz/dx and dz/dy of every texel (normals.h)
+    double roughness;     ///< SkyTransfer::roughness()
 
     PreparedSolid(const Scene& scene, const RenderControl& control);
 };
@@ -32,5 +35,20 @@ struct PreparedSolid {
 [[nodiscard]] std::shared_ptr<const HeightField> smaller_shared_field(const HeightField& field,
                                                                       int width, int height,
                                                                       const RenderControl& control);
+
+/// An environment as lights. @param light  its map and weighting count
+[[nodiscard]] std::shared_ptr<const GatheredEnvironment> shared_environment_lights(
+    const EnvironmentLight& light, EnvironmentSampling sampling, SharedCache* cache);
+
+/// What the light of a sky does to the texels of `part`.
+struct PreparedSky {
+    std::shared_ptr<const SkyTransfer> transfer;
+    bool coarse = false;  ///< of fewer directions than a final picture takes
+};
+
+/// As exact as for a final picture, or less where `preview` says that this will do and it is not
+/// there yet. @pre SkyTransfer::covers() the scene's solid. @throws Error cancelled
+[[nodiscard]] PreparedSky prepared_sky(const Scene& scene, const Solid& solid, Rect part,
+                                       bool preview, const RenderControl& control);
 
 }  // namespace relit

@@ -137,11 +137,45 @@ EnvironmentSampling environment_sampling(const Output& output) {
     return output.accuracy == Accuracy::preview ? preview_environment : final_environment;
 }
 
-bool has_larger_environment(const Scene& scene, int texels) {
-    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
-        const auto* environment = std::get_if<EnvironmentLight>(&light);
-        return environment && environment->map->texels() > std::size_t(texels);
-    });
+// The lights of the scene that need not be summed sample by sample.
+SkyLights sky_lights(const Scene& scene, const Output& output, Rect part,
+                     const RenderControl& control) {
+    const Layer layer = output.layer;
+    const bool beauty = layer == Layer::beauty;
+    const bool data =
+        layer == Layer::illumination || layer == Layer::specular || layer == Layer::scatter;
+    if (!beauty && !data) return {};
+    // Texels of an alpha below one half have the colour of a texel that may lie anywhere.
+    if (!scene.field->alpha.empty()) part = {0, 0, scene.field->width(), scene.field->height()};
+    const bool has_diffuse = beauty ? scene.material.specular.k < 1 : layer == Layer::illumination;
+    const auto prepared = prepared_solid(scene, control);
+    SkyLights skies;
+    for (const Light& light : scene.lights) {
+        skies.emplace_back();
+        if ((beauty || &light == &scene.lights.front()) && SkyLight::covers(scene, light, *prepared))
+            skies.back() = std::make_unique<const SkyLight>(
+                scene, std::get<EnvironmentLight>(light),
+                beauty ? SkyLight::Sum::colours : SkyLight::Sum::weights, has_diffuse, part,
+                output.accuracy == Accuracy::preview, control);
+    }
+    return skies;
+}
+
+// Directions of the environment that has the fewest of them for a preview's sake, 0 if none has.
+int coarse_environment(const Scene& scene, const Output& output, const SkyLights& skies) {
+    if (output.accuracy != Accuracy::preview) return 0;
+    int fewest = 0;
+    for (std::size_t n = 0; n < scene.lights.size(); ++n) {
+        const auto* environment = std::get_if<EnvironmentLight>(&scene.lights[n]);
+        if (!environment) continue;
+        const bool gathered =
+            environment->map->texels() > std::size_t(preview_environment.max_texels);
+        const int directions = !skies.empty() && skies[n] ? skies[n]->coarse_directions()
+                               : gathered                 ? preview_environment.regions
+                                                          : 0;
+        if (directions > 0) fewest = fewest == 0 ? directions : std::min(fewest, directions);
+    }
+    return fewest;
 }
 
 constexpr int tile_size = RayTile::side;
@@ -217,17 +251,35 @@ private:
     Image& image_;
 };
 
+// Without rays squares are good for nothing: whole rows lie one after the other in memory.
+void shade_rows(const Shader& shader, const Output& output, Rect part, bool finish,
+                const RenderControl& control, Image& image) {
+    Progress progress(control.progress, part.height);
+    parallel_rows(control.executor, part.height, control.stop, [&](RowRange rows) {
+        for (int y = rows.begin; y < rows.end; ++y) {
+            shader.beauty_row(part.x, part.y + y, part.width, image.row(y));
+            if (finish) finish_colours(image.row(y), output);
+            progress.tile_done();
+        }
+    });
+}
+
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
 // @param finish  colour as it is after finish_beauty()
-Image shade(const Scene& scene, const Output& output, Rect part, bool finish,
+Image shade(const Scene& scene, const Output& output, Rect part, bool finish, SkyLights skies,
             const RenderControl& control) {
     const HeightField& field = *scene.field;
     const Layer layer = output.layer;
-    const Shader shader(scene, output.transfer, environment_sampling(output), control);
+    const Shader shader(scene, output.transfer, environment_sampling(output), control,
+                        std::move(skies));
     std::shared_ptr<const NearestSolid> nearest;
     if (!field.alpha.empty() && !is_stored(layer)) nearest = nearest_solid(field, control.cache);
 
     Image image(part.width, part.height, channels_of(layer, field));
+    if (layer == Layer::beauty && field.alpha.empty() && !shader.sends_rays()) {
+        shade_rows(shader, output, part, finish, control, image);
+        return image;
+    }
     const PartShading shading(field, nearest.get(), part, image);
     const int first_x = part.x / tile_size, first_y = part.y / tile_size;
     const int across = (part.x + part.width - 1) / tile_size - first_x + 1;
@@ -273,7 +325,7 @@ bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize
 }
 
 Image render_part(const Scene& scene, const Output& output, PictureSize size,
-                  const RenderControl& control) {
+                  const RenderControl& control, int& coarse_directions) {
     const HeightField& field = *scene.field;
     const Rect window = output.region.value_or(Rect{0, 0, field.width(), field.height()});
     assert(window.x >= 0 && window.y >= 0 && window.x + window.width <= field.width() &&
@@ -285,7 +337,9 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
     const bool is_beauty = output.layer == Layer::beauty;
     const bool finish =
         is_beauty && is_own_size && is_finished_by_colours(output, !field.alpha.empty());
-    Image image = shade(scene, output, part, finish, control);
+    SkyLights skies = sky_lights(scene, output, part, control);
+    coarse_directions = coarse_environment(scene, output, skies);
+    Image image = shade(scene, output, part, finish, std::move(skies), control);
     if (output.layer == Layer::thickness && !output.linear) cut_thickness(image);
     const Rect window_in_part{window.x - part.x, window.y - part.y, window.width, window.height};
     if (!is_own_size) image = resized(std::move(image), window_in_part, size, control);
@@ -300,8 +354,6 @@ Picture render(const Scene& scene, const Output& output, const RenderControl& co
     const PictureSize size = picture_size(output, scene.field->width(), scene.field->height());
     Picture picture;
     picture.coarse_map = may_shade_smaller_map(scene, output, size);
-    picture.coarse_environment = output.accuracy == Accuracy::preview &&
-                                 has_larger_environment(scene, preview_environment.max_texels);
     if (picture.coarse_map) {
         const Scene small{
             .field = smaller_shared_field(*scene.field, size.width, size.height, control),
@@ -310,9 +362,9 @@ Picture render(const Scene& scene, const Output& output, const RenderControl& co
             .normal_scale = scene.normal_scale,
             .lights = scene.lights,
             .material = scene.material};
-        picture.pixels = render_part(small, output, size, control);
+        picture.pixels = render_part(small, output, size, control, picture.coarse_environment);
     } else {
-        picture.pixels = render_part(scene, output, size, control);
+        picture.pixels = render_part(scene, output, size, control, picture.coarse_environment);
     }
     return picture;
 }

@@ -9,11 +9,12 @@
 #include "core/base/simd.h"
 #include "core/render/output.h"
 #include "core/render/scene.h"
+#include "core/visibility/sky_transfer.h"
 
 namespace relit {
 
 /// Part of every ETag: to be raised with each change after which some scene gives another picture.
-inline constexpr int picture_revision = 4;
+inline constexpr int picture_revision = 5;
 
 /// How a render runs and reports; nothing in it changes the picture.
 struct RenderControl {
@@ -30,16 +31,20 @@ struct RenderControl {
 struct Picture {
     Image pixels;  ///< 1 (scalar layer), 3 (RGB) or 4 (RGBA) channels, ready for encode()
     // What was coarser than in the final picture, as Accuracy::preview allows.
-    bool coarse_map = false;          ///< shaded on an averaged-down map
-    bool coarse_environment = false;  ///< lit by fewer samples of an environment
+    bool coarse_map = false;     ///< shaded on an averaged-down map
+    int coarse_environment = 0;  ///< lit from no more directions of an environment; 0: from as many
 };
 
-/// What stands for an environment in the final picture, and in a preview. Against the full sum over
-/// 131072 texels the final one is 51 to 73 dB on terrain with the environments of the tests, a
-/// preview 39 to 63 dB.
+/// What stands for an environment whose lights are summed one by one (see SkyLight::covers()), in the
+/// final picture and in a preview. Against the full sum over 131072 texels the final one is 51 to
+/// 73 dB on terrain with the environments of the tests, a preview 39 to 63 dB.
 inline constexpr EnvironmentSampling final_environment{.max_texels = 512, .regions = 256};
 inline constexpr EnvironmentSampling preview_environment{
     .max_texels = 64, .regions = 64, .parts = 4};
+
+/// Directions that d is projected from for all other environments.
+inline constexpr SkyDirections final_sky{.azimuths = 32, .elevations = 12};
+inline constexpr SkyDirections preview_sky{.azimuths = 16, .elevations = 8};
 
 /// Renders `output` of `scene`.
 ///

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "core/field/normals.h"
@@ -12,6 +13,11 @@ namespace relit {
 namespace {
 
 RayTarget target_of(const LightSample& sample) { return {sample.at, sample.at_infinity}; }
+
+// The nearest float; what is beyond them all is the largest.
+float stored_number(double value) {
+    return float(std::min<double>(value, std::numeric_limits<float>::max()));
+}
 
 // A number per texel of a tile.
 struct alignas(64) Numbers : std::array<float, RayTile::max_rays> {};
@@ -40,23 +46,35 @@ void for_each_run(std::span<const TexelIndex> texels, const Visit& visit) {
 }  // namespace
 
 Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-               const RenderControl& control)
+               const RenderControl& control, SkyLights skies)
     : scene_(scene),
       field_(*scene.field),
       prepared_(prepared_solid(scene, control)),
       solid_(prepared_->solid),
       packets_(prepared_->packets),
       first_light_samples_(0),
+      skies_(std::move(skies)),
       base_(shading_colour(scene.material.base_colour, transfer)),
       diffuse_(shading_colour(scene.material.diffuse_colour, transfer)),
       specular_(shading_colour(scene.material.specular_colour, transfer)) {
     assert(!scene.lights.empty());
-    for (const Light& light : scene.lights) {
+    assert(skies_.empty() || skies_.size() == scene.lights.size());
+    for (std::size_t n = 0; n < scene.lights.size(); ++n) {
+        if (!skies_.empty() && skies_[n]) {
+            const std::vector<LightSample>& suns = skies_[n]->suns();
+            suns_.insert(suns_.end(), suns.begin(), suns.end());
+            continue;
+        }
+        const auto* environment = std::get_if<EnvironmentLight>(&scene.lights[n]);
         const std::vector<LightSample> of_light =
-            samples_of(light, {solid_.y_size()}, transfer, sampling);
+            environment
+                ? samples_of(*environment, {solid_.y_size()},
+                             *shared_environment_lights(*environment, sampling, control.cache))
+                : samples_of(scene.lights[n], {solid_.y_size()}, transfer, sampling);
         samples_.insert(samples_.end(), of_light.begin(), of_light.end());
-        if (first_light_samples_ == 0) first_light_samples_ = of_light.size();
+        if (n == 0) first_light_samples_ = of_light.size();
     }
+    if (!skies_.empty()) first_sky_ = skies_.front().get();
 }
 
 RayTile Shader::starts(std::span<const TexelIndex> texels) const {
@@ -238,6 +256,56 @@ void Shader::fill_matt_share(const LightSample& sample, const RayTile& tile,
     }
 }
 
+// What skies light: all of it but their suns' share of the matt colour.
+void Shader::add_skies(std::span<const TexelIndex> texels, bool is_glossy, Sums& diffuse,
+                       Sums& glossy) const {
+    const double matt = 1 - scene_.material.specular.k;
+    const auto add = [](Sums& sums, std::size_t k, Rgb c) {
+        sums.r[k] += float(c.r);
+        sums.g[k] += float(c.g);
+        sums.b[k] += float(c.b);
+    };
+    for (const auto& sky : skies_) {
+        if (!sky) continue;
+        if (matt > 0) {
+            const std::vector<Rgb> lit = sky->diffuse(texels);
+            for (std::size_t k = 0; k < texels.size(); ++k) add(diffuse, k, matt * lit[k]);
+        }
+        for (std::size_t k = 0; k < texels.size() && is_glossy; ++k)
+            add(glossy, k, sky->highlight(normal(texels[k])));
+    }
+}
+
+Vec3 Shader::normal(TexelIndex at) const {
+    const float* slopes = &prepared_->slopes.row(at.j)[2 * std::size_t(at.i)];
+    return normal_from({slopes[0], slopes[1]}, scene_.normal_scale);
+}
+
+void Shader::beauty_row(int i, int j, int count, std::span<float> rgb) const {
+    assert(!sends_rays());
+    const Material& m = scene_.material;
+    const double matt = 1 - m.specular.k;
+    const Rgb base = matt * base_, diffuse = matt * diffuse_, glossy = m.specular.k * specular_;
+    std::vector<Rgb> sums(count);
+    for (const auto& sky : skies_)
+        if (matt > 0) sky->add_diffuse(i, j, sums);
+    const float* albedo =
+        field_.albedo.empty() ? nullptr : &field_.albedo.row(j)[3 * std::size_t(i)];
+    float* out = rgb.data();
+    for (int k = 0; k < count; ++k, out += 3) {
+        Rgb colour = diffuse * sums[k];
+        if (albedo) colour = Rgb{albedo[3 * k], albedo[3 * k + 1], albedo[3 * k + 2]} * colour;
+        colour = base + colour;
+        if (m.specular.k > 0) {
+            const Vec3 n = normal(TexelIndex{i + k, j});
+            for (const auto& sky : skies_) colour = colour + glossy * sky->highlight(n);
+        }
+        out[0] = stored_number(colour.r);
+        out[1] = stored_number(colour.g);
+        out[2] = stored_number(colour.b);
+    }
+}
+
 void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& stop,
                     std::span<float> rgb) const {
     const Material& m = scene_.material;
@@ -247,10 +315,18 @@ void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& s
 
     Numbers share, d;
     Sums diffuse, glossy;
+    add_skies(texels, mirrored.has_value(), diffuse, glossy);
+    const std::span<float> shares(share.data(), texels.size());
+    for (const LightSample& sun : suns_) {
+        if (stop.stop_requested()) break;
+        fill_matt_share(sun, tile, shares);
+        illuminate(sun, texels, tile, {d.data(), texels.size()});
+        for (int k = 0; k < tile.count; ++k) share[k] *= d[k];
+        diffuse.add(tile.count, share.data(), sun.radiance);
+    }
     for (const LightSample& sample : samples_) {
         if (sample.radiance == Rgb{}) continue;
         if (stop.stop_requested()) break;
-        const std::span<float> shares(share.data(), texels.size());
         fill_matt_share(sample, tile, shares);
         Sums gloss;
         if (mirrored)
@@ -283,8 +359,7 @@ void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& s
     const Numbers* glossy_light[] = {&glossy.r, &glossy.g, &glossy.b};
     for (int c = 0; c < 3; ++c) {
         const std::span<float> out = rgb.subspan(c * texels.size(), texels.size());
-        for (std::size_t k = 0; k < texels.size(); ++k)
-            out[k] = colour[c] * (*diffuse_light[c])[k];
+        for (std::size_t k = 0; k < texels.size(); ++k) out[k] = colour[c] * (*diffuse_light[c])[k];
         if (!field_.albedo.empty())
             for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
                 const float* albedo = &field_.albedo.row(at.j)[3 * std::size_t(at.i) + c];
@@ -299,6 +374,11 @@ void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& s
 
 void Shader::illumination(std::span<const TexelIndex> texels, const std::stop_token& stop,
                           std::span<float> d) const {
+    if (first_sky_) {
+        const std::vector<Rgb> sums = first_sky_->diffuse(texels);
+        for (std::size_t k = 0; k < texels.size(); ++k) d[k] = std::min(float(sums[k].r), 1.0f);
+        return;
+    }
     const RayTile tile = starts(texels);
     std::fill(d.begin(), d.end(), 0.0f);
     Numbers of_sample;
@@ -315,6 +395,11 @@ void Shader::thickness(std::span<const TexelIndex> texels, std::span<float> r) c
 }
 
 void Shader::specular(std::span<const TexelIndex> texels, std::span<float> s) const {
+    if (first_sky_) {
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            s[k] = float(first_sky_->highlight(normal(texels[k])).r);
+        return;
+    }
     const RayTile tile = starts(texels);
     const Mirrored mirrored(*this, texels);
     std::fill(s.begin(), s.end(), 0.0f);
@@ -327,6 +412,10 @@ void Shader::specular(std::span<const TexelIndex> texels, std::span<float> s) co
 }
 
 void Shader::scatter(std::span<const TexelIndex> texels, std::span<float> f) const {
+    if (first_sky_) {
+        std::fill(f.begin(), f.end(), float(first_sky_->scatter().r));
+        return;
+    }
     const RayTile tile = starts(texels);
     const Falloff falloff = scene_.material.scatter.falloff;
     std::fill(f.begin(), f.end(), 0.0f);

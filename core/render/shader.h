@@ -9,6 +9,7 @@
 
 #include "core/base/rect.h"
 #include "core/render/prepared.h"
+#include "core/render/sky_light.h"
 
 namespace relit {
 
@@ -19,12 +20,19 @@ namespace relit {
 /// takes them, one per texel, of colours and vectors three. Where `stop` is set they are unfinished.
 class Shader {
 public:
+    /// @param skies  in place of the samples of some lights: one per light, null where there is none
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-           const RenderControl& control);
+           const RenderControl& control, SkyLights skies = {});
+
+    /// Whether beauty() and illumination() send rays out.
+    [[nodiscard]] bool sends_rays() const { return !samples_.empty() || !suns_.empty(); }
 
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E. All reds first, then greens, blues.
     void beauty(std::span<const TexelIndex> texels, const std::stop_token& stop,
                 std::span<float> rgb) const;
+    /// The same for `count` texels of row j from column i on, three numbers a texel. @pre no rays are
+    /// sent
+    void beauty_row(int i, int j, int count, std::span<float> rgb) const;
     /// Weighted mean of d over the first light's samples.
     void illumination(std::span<const TexelIndex> texels, const std::stop_token& stop,
                       std::span<float> d) const;
@@ -42,6 +50,9 @@ private:
     struct Mirrored;
     struct Sums;
     [[nodiscard]] Vec3 start(TexelIndex at) const;  // p'
+    [[nodiscard]] Vec3 normal(TexelIndex at) const;
+    void add_skies(std::span<const TexelIndex> texels, bool is_glossy, Sums& diffuse,
+                   Sums& glossy) const;
     [[nodiscard]] RayTile starts(std::span<const TexelIndex> texels) const;
     void sink(std::span<const TexelIndex> texels, RayTile& tile) const;
     void load_slopes(std::span<const TexelIndex> texels, float scale, float* x, float* y) const;
@@ -60,6 +71,9 @@ private:
     const PacketSolid& packets_;
     std::vector<LightSample> samples_;  // of all lights, in the scene's order
     std::size_t first_light_samples_;   // how many of them are the first light's
+    SkyLights skies_;
+    std::vector<LightSample> suns_;        // of the skies
+    const SkyLight* first_sky_ = nullptr;  // the first light, if it is one
     Rgb base_, diffuse_, specular_;
 };
 

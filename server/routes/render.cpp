@@ -90,8 +90,8 @@ std::string accuracy_text(const Output& output, const Picture& picture) {
     std::string text = "preview";
     if (picture.coarse_map)
         text += fmt::format("; map={}x{}", picture.pixels.width, picture.pixels.height);
-    if (picture.coarse_environment)
-        text += fmt::format("; environment={}", preview_environment.regions);
+    if (picture.coarse_environment > 0)
+        text += fmt::format("; environment={}", picture.coarse_environment);
     return text;
 }
 

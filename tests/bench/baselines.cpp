@@ -76,4 +76,25 @@ void march_per_texel(const Solid& solid, Vec3 light, double depth, bool stop_at_
     });
 }
 
+float march_sky_per_texel(const Solid& solid, std::span<const Vec3> directions, double depth, int i,
+                          int j) {
+    const Start p = start_of(solid, i, j, depth);
+    float sum = 0;
+    for (const Vec3& l : directions) {
+        const float flat = float(std::hypot(l.x, l.y));
+        const float du = float(l.x) / flat, dv = -float(l.y) / flat;
+        const float dz = float(l.z) / flat / float(solid.width);
+        const float to_side = du > 0 ? (float(solid.width) + 0.5f - p.u) / du : (0.5f - p.u) / du;
+        const float to_end = dv > 0 ? (float(solid.height) + 0.5f - p.v) / dv : (0.5f - p.v) / dv;
+        const int steps = int(std::min(to_side, to_end));
+        int inside = 0;
+        for (int k = 0; k < steps; ++k)
+            inside +=
+                p.z + float(k) * dz < bilinear(solid, p.u + float(k) * du, p.v + float(k) * dv);
+        const float r = float(inside) * std::hypot(1 / float(solid.width), dz);
+        sum += r > float(depth) ? float(depth) / r : 1.0f;
+    }
+    return sum / float(directions.size());
+}
+
 }  // namespace relit::bench

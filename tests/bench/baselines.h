@@ -4,6 +4,8 @@
 // ground, offset along the view.
 #pragma once
 
+#include <span>
+
 #include "core/base/parallel.h"
 #include "core/field/solid.h"
 
@@ -17,5 +19,10 @@ void march_thesis(const Solid& solid, Vec3 light, double depth, int steps, const
 /// @param stop_at_top  end where the ray leaves the highest point of the map below it
 void march_per_texel(const Solid& solid, Vec3 light, double depth, bool stop_at_top,
                      const Executor& executor, Image& d);
+
+/// Mean d of texel (i, j) over directions towards the light, above the horizon: each is marched to
+/// the border of the map, one bilinear sample per texel of the way, whole samples counted.
+[[nodiscard]] float march_sky_per_texel(const Solid& solid, std::span<const Vec3> directions,
+                                        double depth, int i, int j);
 
 }  // namespace relit::bench

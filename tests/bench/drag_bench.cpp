@@ -84,8 +84,8 @@ Latencies drag(int port, const Stream& stream, int frames) {
     Latencies latencies;
     constexpr int warm_up = 5;
     for (int k = -warm_up; k < frames; ++k) {
-        const std::string request = test::http_request(
-            "POST", "/v1/render", frame(stream, k), {{"Relit-Session", stream.session}});
+        const std::string request = test::http_request("POST", "/v1/render", frame(stream, k),
+                                                       {{"Relit-Session", stream.session}});
         const auto begin = Clock::now();
         connection.send(request);
         const HttpReply reply = connection.receive();
@@ -148,9 +148,10 @@ void eight_streams(const test::RelitProcess& server, int frames) {
         least_rate = std::min(least_rate, rate);
         most_rate = std::max(most_rate, rate);
     }
-    std::printf("\n8 streams, 512, jpeg: %.1f to %.1f frames/s each; slowest frame over median, worst "
-                "stream: %.2f; resident: %ld MiB\n",
-                least_rate, most_rate, worst, resident_mib(server.pid()));
+    std::printf(
+        "\n8 streams, 512, jpeg: %.1f to %.1f frames/s each; slowest frame over median, worst "
+        "stream: %.2f; resident: %ld MiB\n",
+        least_rate, most_rate, worst, resident_mib(server.pid()));
 }
 
 }  // namespace

@@ -22,4 +22,11 @@ inline constexpr double environment_psnr_db = 75;           // asked for: 45
 inline constexpr double gathered_environment_psnr_db = 50;  // asked for: 45
 inline constexpr double gathered_highlight_psnr_db = 45;    // down to a falloff of [0.99, 1]
 
+// Environments at infinity, of linear colour (1 = white), against the full sum of core's own march.
+inline constexpr double sun_and_sky_rms = 0.004;  // asked for: 0.004
+inline constexpr double soft_boxes_rms = 0.0025;  // asked for: 0.0025
+// Sharper than the functions that d is projected on: an exponential d under a sun, and lamps at the
+// poles of a map with uniform weights, which make them bright.
+inline constexpr double sharp_sky_rms = 0.0055;
+
 }  // namespace relit::test::tolerance

@@ -1,0 +1,197 @@
+#include "core/render/sky_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/angle.h"
+#include "core/shade/factors.h"
+
+namespace relit {
+namespace {
+
+// Finer than a transfer can show; the parts are for highlights.
+constexpr EnvironmentSampling sky_sampling{.max_texels = 512, .regions = 2048, .parts = 4};
+
+Rgb interpolated(const Rgb* row, double a) { return (1 - a) * row[0] + a * row[1]; }
+
+// Grid points from -1 to 1 that show the ramp in some ten steps.
+int table_size(Falloff falloff) {
+    const double width = std::acos(falloff.lo) - std::acos(falloff.hi);
+    // A step of the grid turns the mirrored direction by 4 / size in the middle.
+    return std::clamp(int(std::ceil(4 * 10 / width)), 24, 384) + 1;
+}
+
+double brightness(const LightSample& sample) { return luminance(sample.radiance); }
+
+double brightness(const std::vector<LightSample>& samples) {
+    double sum = 0;
+    for (const LightSample& sample : samples) sum += brightness(sample);
+    return sum;
+}
+
+// The samples within an angle of a direction, as one light.
+LightSample merged(const std::vector<LightSample>& samples, Vec3 at, double cosine) {
+    LightSample sum{.at = {}, .at_infinity = true, .radiance = {}, .weight = 0, .parts = {}};
+    for (const LightSample& sample : samples) {
+        if (dot(sample.at, at) < cosine) continue;
+        sum.at = sum.at + brightness(sample) * sample.at;
+        sum.radiance = sum.radiance + sample.radiance;
+        sum.weight += sample.weight;
+    }
+    sum.at = normalized(sum.at);
+    return sum;
+}
+
+// Takes the brightest spots out of the samples: those within a degree that hold a hundredth of all
+// light or more, and are not a part of something larger, whose shadows are soft.
+std::vector<LightSample> taken_suns(std::vector<LightSample>& samples) {
+    constexpr int most = 8;
+    constexpr double least_share = 0.01, least_contrast = 20, most_around = 4;
+    const double spot = std::cos(radians(1.0)), around = std::cos(radians(4.0));
+    const double all = brightness(samples);
+    std::vector<LightSample> suns;
+    while (int(suns.size()) < most) {
+        const auto density = [](const LightSample& s) {
+            return s.weight > 0 ? brightness(s) / s.weight : 0;
+        };
+        const auto brightest = std::max_element(
+            samples.begin(), samples.end(),
+            [&](const LightSample& a, const LightSample& b) { return density(a) < density(b); });
+        if (brightest == samples.end() || density(*brightest) < least_contrast * all) break;
+        const Vec3 at = brightest->at;
+        const LightSample sun = merged(samples, at, spot);
+        const double beside = brightness(merged(samples, at, around)) - brightness(sun);
+        if (brightness(sun) < least_share * all || beside > most_around * brightness(sun)) break;
+        suns.push_back(sun);
+        std::erase_if(samples, [&](const LightSample& s) { return dot(s.at, at) >= spot; });
+    }
+    return suns;
+}
+
+}  // namespace
+
+HighlightTable::HighlightTable(const std::vector<LightSample>& samples, Falloff falloff,
+                               const RenderControl& control)
+    : size_(table_size(falloff)), sums_(std::size_t(size_) * size_) {
+    struct Part {
+        float x, y, z, r, g, b;
+    };
+    std::vector<Part> parts;
+    const auto add = [&](Vec3 at, Rgb c) {
+        if (!(c == Rgb{}))
+            parts.push_back(
+                {float(at.x), float(at.y), float(at.z), float(c.r), float(c.g), float(c.b)});
+    };
+    for (const LightSample& sample : samples) {
+        if (sample.parts.empty()) add(sample.at, sample.radiance);
+        for (const SamplePart& part : sample.parts) add(part.at, part.radiance);
+    }
+    const float lo = float(falloff.lo), inverse = float(1 / (falloff.hi - falloff.lo));
+    parallel_rows(control.executor, size_, control.stop, [&](RowRange rows) {
+        for (int q = rows.begin; q < rows.end; ++q)
+            for (int p = 0; p < size_; ++p) {
+                double x = 2.0 * p / (size_ - 1) - 1, y = 2.0 * q / (size_ - 1) - 1;
+                const double out = std::hypot(x, y);
+                const double step = 2.0 / (size_ - 1);
+                if (out > 1 + 2 * step) continue;  // no normal is near
+                if (out > 1) x /= out, y /= out;
+                const double z = std::sqrt(std::max(0.0, 1 - x * x - y * y));
+                const float mx = float(2 * z * x), my = float(2 * z * y), mz = float(2 * z * z - 1);
+                float r = 0, g = 0, b = 0;
+                for (const Part& part : parts) {
+                    const float c = mx * part.x + my * part.y + mz * part.z;
+                    const float s = std::min(std::max((c - lo) * inverse, 0.0f), 1.0f);
+                    r += s * part.r;
+                    g += s * part.g;
+                    b += s * part.b;
+                }
+                sums_[std::size_t(q) * size_ + p] = {r, g, b};
+            }
+    });
+}
+
+Rgb HighlightTable::at(Vec3 normal) const {
+    const double x = 0.5 * (normal.x + 1) * (size_ - 1), y = 0.5 * (normal.y + 1) * (size_ - 1);
+    const int i = std::clamp(int(x), 0, size_ - 2), j = std::clamp(int(y), 0, size_ - 2);
+    const Rgb* lower = &sums_[std::size_t(j) * size_ + i];
+    return (1 - (y - j)) * interpolated(lower, x - i) +
+           (y - j) * interpolated(lower + size_, x - i);
+}
+
+bool SkyLight::covers(const Scene& scene, const Light& light, const PreparedSolid& prepared) {
+    const auto* environment = std::get_if<EnvironmentLight>(&light);
+    const Material& m = scene.material;
+    return environment && !environment->radius &&
+           environment->map->texels() > std::size_t(final_environment.max_texels) &&
+           m.illumination != Illumination::count && !(m.specular.k > 0 && m.specular.occlude) &&
+           prepared.roughness <= SkyTransfer::max_roughness &&
+           SkyTransfer::covers(prepared.solid, m.depth);
+}
+
+SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, bool has_diffuse,
+                   Rect part, bool preview, const RenderControl& control) {
+    const bool glossy = sum == Sum::weights || scene.material.specular.k > 0;
+    std::vector<LightSample> samples = samples_of(
+        light, {}, *shared_environment_lights(light, sky_sampling, control.cache), glossy);
+    for (LightSample& sample : samples) {
+        if (sum == Sum::weights) {
+            sample.radiance = {sample.weight, sample.weight, sample.weight};
+            for (SamplePart& p : sample.parts) p.radiance = {p.weight, p.weight, p.weight};
+        }
+        scatter_ =
+            scatter_ + scatter_factor(sample.at, scene.material.scatter.falloff) * sample.radiance;
+    }
+    if (glossy)
+        highlights_ = std::make_unique<const HighlightTable>(
+            samples, scene.material.specular.falloff, control);
+    if (sum == Sum::colours && has_diffuse) suns_ = taken_suns(samples);
+    if (has_diffuse)
+        prepare_diffuse(scene, samples, sum == Sum::colours ? scene.material.scatter.k : 0, part,
+                        preview, control);
+}
+
+void SkyLight::prepare_diffuse(const Scene& scene, const std::vector<LightSample>& samples,
+                               double scattered, Rect part, bool preview,
+                               const RenderControl& control) {
+    const auto prepared = prepared_solid(scene, control);
+    const PreparedSky sky = prepared_sky(scene, prepared->solid, part, preview, control);
+    transfer_ = sky.transfer;
+    coarse_directions_ = sky.coarse ? preview_sky.azimuths * preview_sky.elevations : 0;
+    SkyWeights weights(transfer_->has_lower_half());
+    for (const LightSample& sample : samples) {
+        const double f = scatter_factor(sample.at, scene.material.scatter.falloff);
+        weights.add(sample.at, ((1 - scattered) + scattered * f) * sample.radiance);
+    }
+    sky_ = transfer_->stored(weights);
+}
+
+void SkyLight::add_diffuse(int i, int j, std::span<Rgb> sums) const {
+    constexpr int block_texels = SkyTransfer::block_texels;
+    float lit[3][block_texels];
+    const int first = i - transfer_->part().x;
+    int block = -1;  // that `lit` is of
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+        const int place = first + int(k);
+        if (place / block_texels != block) {
+            block = place / block_texels;
+            transfer_->light(sky_, block, j, lit);
+        }
+        const int n = place % block_texels;
+        sums[k] = sums[k] + Rgb{lit[0][n], lit[1][n], lit[2][n]};
+    }
+}
+
+std::vector<Rgb> SkyLight::diffuse(std::span<const TexelIndex> texels) const {
+    std::vector<Rgb> sums(texels.size());
+    for (std::size_t k = 0; k < texels.size();) {  // run by run of neighbours
+        std::size_t end = k + 1;
+        while (end < texels.size() && texels[end].j == texels[k].j &&
+               texels[end].i == texels[k].i + int(end - k))
+            ++end;
+        add_diffuse(texels[k].i, texels[k].j, std::span(sums).subspan(k, end - k));
+        k = end;
+    }
+    return sums;
+}
+
+}  // namespace relit
