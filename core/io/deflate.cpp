@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -18,30 +19,45 @@ using Bytes = std::span<const std::uint8_t>;
 
 // --- Fast ----------------------------------------------------------------------------------------
 
-// 0.3 MB in all: too much for a thread's stack.
+// 0.4 MB in all: too much for a thread's stack. Needs no values of ours: isal_deflate_init() sets
+// what is read.
 struct FastDeflater {
-    // Zeros, since isal_deflate_stateless_init() leaves hist_bits as it finds it: whatever the heap
-    // has there would choose the window.
-    isal_zstream stream{};
+    isal_zstream stream;
     std::array<std::uint8_t, ISAL_DEF_LVL1_DEFAULT> tokens;
 };
 
+// A stored block (RFC 1951, 3.2.4) that is not the last, of one byte.
+std::uint8_t* append_stored_byte(std::uint8_t byte, std::uint8_t* out) {
+    for (const int value : {0x00, 0x01, 0x00, 0xfe, 0xff, int(byte)}) *out++ = std::uint8_t(value);
+    return out;
+}
+
+// The first byte is stored here and given to ISA-L as a dictionary, since ISA-L (2.30 on x86-64)
+// without one begins differently from process to process: it files the third byte under a hash of
+// its isal_zstream's address (.write_first_byte of igzip_icf_body_h1_gr_bt.asm shifts rcx where it
+// means the input). Where that is the hash of another early byte, a match with what begins there is
+// lost, and 1 of some thousand pictures differs. Costs some 30 bytes a strip, no time.
 std::size_t fast_strip(Bytes bytes, bool last, std::uint8_t* out) {
     const auto deflater = std::make_unique_for_overwrite<FastDeflater>();
+    auto* const first = const_cast<std::uint8_t*>(bytes.data());  // it only reads them
     isal_zstream& stream = deflater->stream;
-    isal_deflate_stateless_init(&stream);
+    isal_deflate_init(&stream);
     stream.level = 1;
     stream.level_buf = deflater->tokens.data();
     stream.level_buf_size = std::uint32_t(deflater->tokens.size());
     stream.flush = FULL_FLUSH;
     stream.end_of_stream = last;
-    stream.next_in = const_cast<std::uint8_t*>(bytes.data());  // it only reads them
-    stream.avail_in = std::uint32_t(bytes.size());
-    stream.next_out = out;
-    stream.avail_out = std::uint32_t(deflate_bound(bytes.size()));
-    const int result = isal_deflate_stateless(&stream);
-    if (result != COMP_OK || stream.avail_in != 0)
+    stream.next_in = first + 1;
+    stream.avail_in = std::uint32_t(bytes.size() - 1);
+    stream.next_out = append_stored_byte(*first, out);
+    stream.avail_out = std::uint32_t(out + deflate_bound(bytes.size()) - stream.next_out);
+    int result = isal_deflate_set_dict(&stream, first, 1);
+    if (result == COMP_OK) result = isal_deflate(&stream);
+    if (result != COMP_OK)
         throw std::runtime_error("ISA-L's deflate failed with code " + std::to_string(result));
+    // Input that waits for room is in the stream's own buffer and no longer counted.
+    if (stream.avail_in != 0 || stream.avail_out == 0)
+        throw std::runtime_error("ISA-L's deflate found no room for what it wrote");
     return std::size_t(stream.next_out - out);
 }
 
@@ -115,13 +131,16 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t so_far) {
 }
 
 std::size_t deflate_bound(std::size_t size) {
-    // ISA-L needs 5 bytes a stored block of 65535 and as many for the flush, libdeflate what it
-    // says and 5 for the open end.
-    return std::max(size + (size / 65535 + 2) * 5,
+    // ISA-L ends a block at 64 k tokens and stores it where that is shorter, in pieces of 65535
+    // bytes, each with a head of 5: two of them for 65535 bytes at worst. To that come the first
+    // byte's block, the flush and what ISA-L wants to be left over when it stops. libdeflate needs
+    // what it says and 5 for the open end.
+    return std::max(size + (size / 65535 + 1) * 2 * 6 + 64,
                     libdeflate_deflate_compress_bound(nullptr, size) + 5);
 }
 
 std::size_t deflate_strip(Effort effort, Bytes bytes, bool last, std::uint8_t* out) {
+    assert(!bytes.empty() && bytes.size() <= UINT32_MAX);
     return effort == Effort::fast ? fast_strip(bytes, last, out) : small_strip(bytes, last, out);
 }
 

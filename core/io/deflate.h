@@ -29,7 +29,7 @@ inline constexpr char zlib_header[] = "\x78\x01";
 ///
 /// @param effort  fast: ISA-L's level 1. small: libdeflate's level 6, as small as zlib's in a third
 ///                of its time; a strip that is not the last costs a third more than one that is
-/// @param bytes   4 GB at most
+/// @param bytes   at least 1 and less than 4 GB (asserted)
 /// @param last    ends the stream
 /// @param out     room for deflate_bound() of the size
 /// @return        how many bytes it wrote. Of small the same ones everywhere; of fast the same ones
