@@ -224,6 +224,13 @@ ConfigOrExit read_config(int argc, const char* const* argv, const char* const* e
     return result;
 }
 
+void check_batch_renders(const Limits& limits, int threads) {
+    if (limits.max_batch_renders > threads)
+        throw std::runtime_error("--max-batch-renders " + std::to_string(limits.max_batch_renders) +
+                                 " is more than the " + std::to_string(threads) +
+                                 " threads that render (--threads)");
+}
+
 void check_streams(const Limits& limits) {
     if (limits.max_streams >= limits.max_connections)
         throw std::runtime_error("--max-streams " + std::to_string(limits.max_streams) +

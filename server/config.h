@@ -52,6 +52,10 @@ struct ConfigOrExit {
 ///         beyond would hold their slots while they wait for a thread, where no stop reaches them.
 [[nodiscard]] int renders_at_once(const Config& config, int threads);
 
+/// Whether there is a thread for each of max_batch_renders.
+/// @throws std::runtime_error with a sentence for the operator
+void check_batch_renders(const Limits& limits, int threads);
+
 /// Whether streams leave connections for other requests.
 /// @throws std::runtime_error with a sentence for the operator
 void check_streams(const Limits& limits);

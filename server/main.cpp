@@ -144,19 +144,20 @@ int run(const Config& config, int signals) {
                                         .built_in = std::move(shipped)});
     check_streams(limits);
     Executor executor(config.threads);
+    check_batch_renders(limits, executor.threads());
     RenderSlots renders({.max_running = renders_at_once(config, executor.threads()),
                          .max_waiting = limits.max_queue});
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
-    SharedCache decoded(limits.max_cache_bytes);
+    SharedCache cache(limits.max_cache_bytes);
     Metrics metrics;
     Batches batches(config.data_dir / "batches", {.images = images,
-                                                  .decoded = decoded,
+                                                  .cache = cache,
                                                   .renders = renders,
                                                   .metrics = metrics,
                                                   .limits = limits,
                                                   .threads = executor.threads(),
                                                   .simd = config.simd});
-    Services services{images,  renders, batches,     decodes,         executor,   decoded,
+    Services services{images,  renders, batches,     decodes,         executor,   cache,
                       metrics, limits,  config.cors, config.data_dir, config.simd};
     const Router router(routes(limits));
     Server server(router, services, limits);

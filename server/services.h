@@ -5,13 +5,13 @@
 #include <filesystem>
 
 #include "core/base/parallel.h"
+#include "core/base/shared_cache.h"
 #include "core/base/simd.h"
 #include "server/http/cors.h"
 #include "server/jobs/batches.h"
 #include "server/jobs/render_slots.h"
 #include "server/limits.h"
 #include "server/metrics.h"
-#include "server/scenes/shared_cache.h"
 #include "server/storage/image_store.h"
 
 namespace relit::server {
@@ -22,7 +22,7 @@ struct Services {
     Batches& batches;
     RenderSlots& decodes;  ///< who may decode an upload: one image is three times its pixels in memory
     Executor& executor;
-    SharedCache& decoded;  ///< maps and environments that requests share
+    SharedCache& cache;  ///< decoded maps, and what is made of them, that requests share
     Metrics& metrics;
     Limits limits;
     CorsPolicy cors;                    ///< which pages of other origins may read replies

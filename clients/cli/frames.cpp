@@ -114,7 +114,7 @@ Input FrameImages::get(const std::string& id) {
         auto image = std::make_shared<const Input>(read_file(known.path));
         if (image->id != id) throw Failure(Exit::refused, known.name + ": has changed meanwhile");
         const std::uint64_t size = std::string_view(image->bytes).size();
-        return server::SharedCache::Made<Input>{std::move(image), size};
+        return SharedCache::Made<Input>{std::move(image), size};
     });
 }
 

@@ -10,7 +10,7 @@
 #include "clients/cli/input.h"
 #include "clients/cli/options.h"
 #include "clients/cli/scene_job.h"
-#include "server/scenes/shared_cache.h"
+#include "core/base/shared_cache.h"
 
 namespace relit::cli {
 
@@ -37,7 +37,7 @@ public:
 
 private:
     std::map<std::string, Input> images_;
-    server::SharedCache kept_;
+    SharedCache kept_;
 };
 
 struct FrameJob {

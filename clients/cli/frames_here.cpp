@@ -15,7 +15,7 @@
 namespace relit::cli {
 namespace {
 
-constexpr std::uint64_t decoded_bytes = 1u << 30;  // of maps that frames share
+constexpr std::uint64_t cached_bytes = 1u << 30;  // of maps and what is made of them
 
 // What the workers share.
 class Workshop {
@@ -61,9 +61,10 @@ private:
         const auto find = [&](const server::ImageSource& source) {
             return images_.get(source.text).bytes;
         };
-        const Scene scene =
-            server::load_scene(description, find, limits_here(), executor, decoded_);
-        return server::picture_file(scene, description, frame.scene, {.executor = executor}).bytes;
+        const Scene scene = server::load_scene(description, find, limits_here(), executor, cache_);
+        return server::picture_file(scene, description, frame.scene,
+                                    {.executor = executor, .cache = &cache_})
+            .bytes;
     }
 
     std::string words_of(const Frame& frame, const Error& error) const {
@@ -76,7 +77,7 @@ private:
     FrameImages& images_;
     const int threads_;  // of each worker
     FrameFolder& folder_;
-    server::SharedCache decoded_{decoded_bytes};
+    SharedCache cache_{cached_bytes};
     std::atomic<std::size_t> next_ = 0;
     std::atomic<bool> broken_ = false;
     std::exception_ptr failure_;  // written once, before broken_ is read at the end

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/base/parallel.h"
 #include "core/image/image.h"
@@ -22,6 +23,9 @@ struct HeightField {
     Image alpha;                  ///< 1 channel in [0, 1]; empty = 1 everywhere
     Image albedo;                 ///< 3 channels >= 0, numbers to shade with; empty = 1 everywhere
     std::vector<bool> no_height;  ///< texels whose number in the file is not finite; empty = none
+    /// Name all of this, and heights and alpha alone, for a SharedCache, where what is made of them
+    /// may be kept; empty: it is not.
+    std::string key, shape_key;
     std::optional<HeightRange> rescaled_from;  ///< set when the file's numbers did not lie in [0, 1]
 
     [[nodiscard]] int width() const { return heights.width; }

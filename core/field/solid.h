@@ -57,6 +57,10 @@ struct Solid {
 
     [[nodiscard]] double u_of(double x) const { return x * width + 0.5; }
     [[nodiscard]] double v_of(double y) const { return height + 0.5 - y * width; }
+    /// Size in memory.
+    [[nodiscard]] std::uint64_t bytes() const {
+        return z.values.size() * sizeof(float) + cover.size() + blocks.size() * sizeof(Block);
+    }
     /// Upper end of y: the lower one is 0, and x lies in [0, 1].
     [[nodiscard]] double y_size() const { return double(height) / width; }
 };

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -44,6 +45,8 @@ struct Rotation {
 struct EnvironmentLight {
     /// Equirectangular, 3 channels >= 0 and finite, numbers to shade with, row 0 at the top.
     std::shared_ptr<const Image> map;
+    /// Names the map for a SharedCache, where what is made of it may be kept; empty: it is not.
+    std::string map_key;
     Rotation rotation;
     std::optional<double> intensity;  ///< none: `auto`, 1.6 / mean luminance over the sphere
     Weighting weighting = Weighting::solid_angle;

@@ -1,13 +1,15 @@
 #include "core/render/render.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <mutex>
 
 #include "core/image/resample.h"
 #include "core/render/finish.h"
-#include "core/render/fringe.h"
+#include "core/render/prepared.h"
 #include "core/render/shader.h"
 
 namespace relit {
@@ -36,69 +38,78 @@ int channels_of(Layer layer, const HeightField& field) {
     return field.alpha.empty() ? 3 : 4;
 }
 
-// The nearest float; what is beyond them all is the largest.
-float stored(double value) {
-    return float(std::min<double>(value, std::numeric_limits<float>::max()));
-}
-
-void store(float* out, Rgb colour) {
-    out[0] = stored(colour.r);
-    out[1] = stored(colour.g);
-    out[2] = stored(colour.b);
-}
-
-// A pixel of a tile and the texel that its numbers come from.
-struct TilePixels {
-    std::vector<TexelIndex> sources;
-    std::vector<float*> out;
-
-    template <class Value>
-    void store_all(const std::vector<Value>& values) const {
-        for (std::size_t k = 0; k < out.size(); ++k) {
-            if constexpr (std::is_same_v<Value, Rgb>) store(out[k], values[k]);
-            else *out[k] = float(values[k]);
-        }
+// The pixels of a tile and the texels that their numbers come from.
+class TilePixels {
+public:
+    void add(TexelIndex source, float* pixel) {
+        sources_[size_] = source;
+        out_[size_++] = pixel;
     }
-    template <class Value>
-    void store_each(const Value& value) const {
-        for (std::size_t k = 0; k < out.size(); ++k) *out[k] = float(value(sources[k]));
+    [[nodiscard]] int size() const { return size_; }
+    [[nodiscard]] std::span<const TexelIndex> sources() const {
+        return {sources_.data(), std::size_t(size_)};
     }
+    /// Null: a texel that only fills up the square.
+    [[nodiscard]] float*& out(int k) { return out_[k]; }
+    [[nodiscard]] float* out(int k) const { return out_[k]; }
+
+private:
+    int size_ = 0;
+    std::array<TexelIndex, RayTile::max_rays> sources_;
+    std::array<float*, RayTile::max_rays> out_;
 };
+
+// Each pixel's numbers in a row. What is beyond all floats is the largest.
+void store(const TilePixels& pixels, const float* values, int channels) {
+    for (int k = 0; k < pixels.size(); ++k, values += channels) {
+        float* out = pixels.out(k);
+        if (!out) continue;
+        for (int c = 0; c < channels; ++c)
+            out[c] = std::min(values[c], std::numeric_limits<float>::max());
+    }
+}
 
 // The numbers of `layer`, without alpha.
 void shade_tile(const Shader& shader, const HeightField& field, Layer layer,
                 const TilePixels& pixels, const std::stop_token& stop) {
+    alignas(64) std::array<float, 3 * std::size_t(RayTile::max_rays)> values;
+    const std::span<const TexelIndex> texels = pixels.sources();
+    const std::span<float> numbers(values.data(), texels.size());
+    const std::span<float> triples(values.data(), 3 * texels.size());
+    const auto fill = [&](const Image& image) {
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            numbers[k] = image.empty() ? 1 : image.at(texels[k].i, texels[k].j);
+    };
     switch (layer) {
         case Layer::beauty:
-            pixels.store_all(shader.beauty(pixels.sources, stop));
-            break;
+            shader.beauty(texels, stop, triples);
+            return store(pixels, values.data(), 3);
+        case Layer::normal:
+            shader.normal(texels, triples);
+            for (float& v : triples) v = 0.5f * v + 0.5f;
+            return store(pixels, values.data(), 3);
         case Layer::illumination:
-            pixels.store_all(shader.illumination(pixels.sources, stop));
+            shader.illumination(texels, stop, numbers);
             break;
         case Layer::thickness:
-            pixels.store_all(shader.thickness(pixels.sources));
-            break;
+            shader.thickness(texels, numbers);
+            for (int k = 0; k < pixels.size(); ++k)
+                if (pixels.out(k)) *pixels.out(k) = numbers[k];
+            return;  // endless stays endless
         case Layer::specular:
-            pixels.store_each([&](TexelIndex at) { return shader.specular(at); });
+            shader.specular(texels, numbers);
             break;
         case Layer::scatter:
-            pixels.store_each([&](TexelIndex at) { return shader.scatter(at); });
+            shader.scatter(texels, numbers);
             break;
         case Layer::height:
-            pixels.store_each([&](TexelIndex at) { return field.heights.at(at.i, at.j); });
+            fill(field.heights);
             break;
         case Layer::alpha:
-            pixels.store_each([&](TexelIndex at) {
-                return field.alpha.empty() ? 1 : field.alpha.at(at.i, at.j);
-            });
-            break;
-        case Layer::normal:
-            for (std::size_t k = 0; k < pixels.out.size(); ++k) {
-                const Vec3 n = shader.normal(pixels.sources[k]);
-                store(pixels.out[k], {0.5 * n.x + 0.5, 0.5 * n.y + 0.5, 0.5 * n.z + 0.5});
-            }
+            fill(field.alpha);
             break;
     }
+    store(pixels, values.data(), 1);
 }
 
 // Layers that are stored, not shaded: every texel has its own number.
@@ -115,44 +126,100 @@ bool has_larger_environment(const Scene& scene, int texels) {
     });
 }
 
-constexpr int tile_size = 16;  // of the squares that are shaded at a time: what packets like
+constexpr int tile_size = RayTile::side;
+
+Rect intersection(Rect a, Rect b) {
+    const int x = std::max(a.x, b.x), y = std::max(a.y, b.y);
+    return {x, y, std::min(a.x + a.width, b.x + b.width) - x,
+            std::min(a.y + a.height, b.y + b.height) - y};
+}
+
+// The square of the map that a texel lies in, in the order of rows.
+int square_of(TexelIndex at, const HeightField& field) {
+    return at.j / tile_size * (field.width() / tile_size + 1) + at.i / tile_size;
+}
+
+// A picture of a part of the map, shaded square by square.
+class PartShading {
+public:
+    // @param nearest  null: no texel takes its colour from another
+    PartShading(const HeightField& field, const NearestSolid* nearest, Rect part, Image& image)
+        : field_(field), nearest_(nearest), part_(part), image_(image) {}
+
+    // Calls `shade` with the pixels of one square and the texels that they take their numbers from,
+    // and with those that take them from other squares.
+    template <class Shade>
+    void shade_square(Rect square, const Shade& shade) const {
+        const Rect wanted = intersection(square, part_);
+        TilePixels own, fringe;
+        for (int j = wanted.y; j < wanted.y + wanted.height; ++j)
+            for (int i = wanted.x; i < wanted.x + wanted.width; ++i) add_pixel({i, j}, own, fringe);
+        // Packets like whole squares.
+        if (own.size() * 4 >= RayTile::max_rays && own.size() < RayTile::max_rays)
+            shade(filled_up(own, square));
+        else if (own.size() > 0) shade(own);
+        for (const auto& [square_number, pixels] : by_square(fringe)) shade(pixels);
+    }
+
+private:
+    void add_pixel(TexelIndex at, TilePixels& own, TilePixels& fringe) const {
+        const float alpha = field_.alpha.empty() ? 1 : field_.alpha.at(at.i, at.j);
+        if (alpha == 0) return;  // colour and data are 0
+        float* out = &image_.row(at.j - part_.y)[std::size_t(at.i - part_.x) * image_.channels];
+        if (image_.channels == 4) out[3] = alpha;
+        if (!nearest_ || field_.is_solid(at.i, at.j)) own.add(at, out);
+        else if (const auto source = nearest_->find(at.i, at.j)) fringe.add(*source, out);
+    }
+
+    [[nodiscard]] TilePixels filled_up(const TilePixels& some, Rect square) const {
+        TilePixels all;
+        for (int j = square.y; j < square.y + square.height; ++j)
+            for (int i = square.x; i < square.x + square.width; ++i)
+                all.add({std::min(i, field_.width() - 1), std::min(j, field_.height() - 1)},
+                        nullptr);
+        for (int k = 0; k < some.size(); ++k) {
+            const TexelIndex at = some.sources()[k];
+            all.out((at.j - square.y) * tile_size + (at.i - square.x)) = some.out(k);
+        }
+        return all;
+    }
+
+    [[nodiscard]] std::map<int, TilePixels> by_square(const TilePixels& fringe) const {
+        std::map<int, TilePixels> squares;
+        for (int k = 0; k < fringe.size(); ++k) {
+            const TexelIndex source = fringe.sources()[k];
+            squares[square_of(source, field_)].add(source, fringe.out(k));
+        }
+        return squares;
+    }
+
+    const HeightField& field_;
+    const NearestSolid* nearest_;
+    const Rect part_;
+    Image& image_;
+};
 
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
 Image shade(const Scene& scene, const Output& output, Rect part, const RenderControl& control) {
-    const HeightField& field = scene.field;
+    const HeightField& field = *scene.field;
     const Layer layer = output.layer;
-    const Shader shader(scene, output.transfer, environment_sampling(output), control.executor,
-                        control.simd);
-    std::optional<NearestSolid> nearest_solid;
-    if (!field.alpha.empty() && !is_stored(layer)) nearest_solid.emplace(field);
+    const Shader shader(scene, output.transfer, environment_sampling(output), control);
+    std::shared_ptr<const NearestSolid> nearest;
+    if (!field.alpha.empty() && !is_stored(layer)) nearest = nearest_solid(field, control.cache);
 
     Image image(part.width, part.height, channels_of(layer, field));
-    const auto pixels_of = [&](Rect tile) {
-        TilePixels pixels;
-        for (int y = tile.y; y < tile.y + tile.height; ++y)
-            for (int x = tile.x; x < tile.x + tile.width; ++x) {
-                const int i = part.x + x, j = part.y + y;
-                const float alpha = field.alpha.empty() ? 1 : field.alpha.at(i, j);
-                if (alpha == 0) continue;  // colour and data are 0
-                float* out = &image.row(y)[std::size_t(x) * image.channels];
-                if (image.channels == 4) out[3] = alpha;
-                std::optional<TexelIndex> source = TexelIndex{i, j};
-                if (nearest_solid && !field.is_solid(i, j)) source = nearest_solid->find(i, j);
-                if (!source) continue;
-                pixels.sources.push_back(*source);
-                pixels.out.push_back(out);
-            }
-        return pixels;
-    };
-    const int across = (part.width + tile_size - 1) / tile_size;
-    const int down = (part.height + tile_size - 1) / tile_size;
+    const PartShading shading(field, nearest.get(), part, image);
+    const int first_x = part.x / tile_size, first_y = part.y / tile_size;
+    const int across = (part.x + part.width - 1) / tile_size - first_x + 1;
+    const int down = (part.y + part.height - 1) / tile_size - first_y + 1;
     Progress progress(control.progress, across * down);
     parallel_rows(control.executor, across * down, control.stop, [&](RowRange tiles) {
         for (int n = tiles.begin; n < tiles.end; ++n) {
-            const int x = n % across * tile_size, y = n / across * tile_size;
-            const Rect tile{x, y, std::min(tile_size, part.width - x),
-                            std::min(tile_size, part.height - y)};
-            shade_tile(shader, field, layer, pixels_of(tile), control.stop);
+            const Rect square{(first_x + n % across) * tile_size,
+                              (first_y + n / across) * tile_size, tile_size, tile_size};
+            shading.shade_square(square, [&](const TilePixels& pixels) {
+                shade_tile(shader, field, layer, pixels, control.stop);
+            });
             progress.tile_done();
         }
     });
@@ -181,7 +248,7 @@ Image resized(Image image, Rect window, PictureSize size, const RenderControl& c
 // A preview may shade fewer texels where the whole map is asked for at a smaller size of its own
 // shape.
 bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize size) {
-    const HeightField& field = scene.field;
+    const HeightField& field = *scene.field;
     const bool same_shape =
         size.height == picture_size({.width = size.width}, field.width(), field.height()).height;
     return output.accuracy == Accuracy::preview && !output.region && same_shape &&
@@ -190,7 +257,7 @@ bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize
 
 Image render_part(const Scene& scene, const Output& output, PictureSize size,
                   const RenderControl& control) {
-    const HeightField& field = scene.field;
+    const HeightField& field = *scene.field;
     const Rect window = output.region.value_or(Rect{0, 0, field.width(), field.height()});
     assert(window.x >= 0 && window.y >= 0 && window.x + window.width <= field.width() &&
            window.y + window.height <= field.height());
@@ -205,19 +272,19 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
 }  // namespace
 
 Picture render(const Scene& scene, const Output& output, const RenderControl& control) {
-    const PictureSize size = picture_size(output, scene.field.width(), scene.field.height());
+    const PictureSize size = picture_size(output, scene.field->width(), scene.field->height());
     Picture picture;
     picture.coarse_map = may_shade_smaller_map(scene, output, size);
     picture.coarse_environment = output.accuracy == Accuracy::preview &&
                                  has_larger_environment(scene, preview_environment.max_texels);
     if (picture.coarse_map) {
-        const Scene small{.field = smaller_field(scene.field, size.width, size.height,
-                                                 control.executor, control.stop),
-                          .relief = scene.relief,
-                          .base = scene.base,
-                          .normal_scale = scene.normal_scale,
-                          .lights = scene.lights,
-                          .material = scene.material};
+        const Scene small{
+            .field = smaller_shared_field(*scene.field, size.width, size.height, control),
+            .relief = scene.relief,
+            .base = scene.base,
+            .normal_scale = scene.normal_scale,
+            .lights = scene.lights,
+            .material = scene.material};
         picture.pixels = render_part(small, output, size, control);
     } else {
         picture.pixels = render_part(scene, output, size, control);

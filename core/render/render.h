@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "core/base/parallel.h"
+#include "core/base/shared_cache.h"
 #include "core/base/simd.h"
 #include "core/render/output.h"
 #include "core/render/scene.h"
@@ -12,7 +13,7 @@
 namespace relit {
 
 /// Part of every ETag: to be raised with each change after which some scene gives another picture.
-inline constexpr int picture_revision = 3;
+inline constexpr int picture_revision = 4;
 
 /// How a render runs and reports; nothing in it changes the picture.
 struct RenderControl {
@@ -22,6 +23,8 @@ struct RenderControl {
     /// time.
     std::function<void(double)> progress{};
     Simd simd = best_simd();  ///< one that is available
+    /// Keeps what is made of maps that have a key for the next renders of them; null: it is not kept.
+    SharedCache* cache = nullptr;
 };
 
 struct Picture {

@@ -2,6 +2,7 @@
 // images come from.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/field/height_field.h"
@@ -12,7 +13,7 @@
 namespace relit {
 
 struct Scene {
-    HeightField field;
+    std::shared_ptr<const HeightField> field;
     double relief = 0.15;  ///< z of height 1 in scene units (1 = the map's width), > 0
     Base base;
     double normal_scale = 1;  ///< multiplies the slopes for highlights and the normal layer, >= 0

@@ -1,6 +1,8 @@
 #include "core/render/shader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "core/field/normals.h"
 #include "core/shade/factors.h"
@@ -11,19 +13,43 @@ namespace {
 
 RayTarget target_of(const LightSample& sample) { return {sample.at, sample.at_infinity}; }
 
+// A number per texel of a tile.
+struct alignas(64) Numbers : std::array<float, RayTile::max_rays> {};
+
+// Calls `visit` with each run of texels side by side: the place of its first one in the list, its
+// size, and the first one.
+template <class Visit>
+void for_each_run(std::span<const TexelIndex> texels, const Visit& visit) {
+    for (std::size_t begin = 0; begin < texels.size();) {
+        const TexelIndex first = texels[begin];
+        // Whole rows of a square are told by their ends.
+        const std::size_t whole = begin + RayTile::side - 1;
+        std::size_t end = begin + 1;
+        if (whole < texels.size() && texels[whole].j == first.j &&
+            texels[whole].i == first.i + RayTile::side - 1)
+            end = whole + 1;
+        else
+            while (end < texels.size() && texels[end].j == first.j &&
+                   texels[end].i == first.i + int(end - begin))
+                ++end;
+        visit(begin, end - begin, first);
+        begin = end;
+    }
+}
+
 }  // namespace
 
 Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-               const Executor& executor, Simd simd)
+               const RenderControl& control)
     : scene_(scene),
-      solid_(make_solid(scene.field, scene.relief, scene.base, scene.material.depth)),
-      packets_(solid_, executor, simd),
+      field_(*scene.field),
+      prepared_(prepared_solid(scene, control)),
+      solid_(prepared_->solid),
+      packets_(prepared_->packets),
       first_light_samples_(0),
       base_(shading_colour(scene.material.base_colour, transfer)),
       diffuse_(shading_colour(scene.material.diffuse_colour, transfer)),
       specular_(shading_colour(scene.material.specular_colour, transfer)) {
-    for (int i = 0; i < solid_.width; ++i) column_x_.push_back(surface_point(solid_, i, 0).x);
-    for (int j = 0; j < solid_.height; ++j) row_y_.push_back(surface_point(solid_, 0, j).y);
     assert(!scene.lights.empty());
     for (const Light& light : scene.lights) {
         const std::vector<LightSample> of_light =
@@ -33,144 +59,282 @@ Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampli
     }
 }
 
-Vec3 Shader::start(TexelIndex at) const { return starts({&at, 1}).front(); }
-
-std::vector<Vec3> Shader::starts(std::span<const TexelIndex> texels) const {
+RayTile Shader::starts(std::span<const TexelIndex> texels) const {
+    assert(!texels.empty() && texels.size() <= RayTile::max_rays);
+    constexpr int side = RayTile::side;
+    RayTile tile;
+    tile.column = texels[0].i / side * side;
+    tile.row = texels[0].j / side * side;
+    tile.count = int(texels.size());
     // A tile's rows lie far apart in memory: ask for all of them before waiting for the first.
-    for (std::size_t k = 0; k < texels.size(); k += 16) {
-        const int below = std::min(texels[k].j + 1, solid_.height - 1);
-        __builtin_prefetch(&scene_.field.heights.row(below)[texels[k].i]);
+    for (std::size_t k = 0; k < texels.size(); k += side) {
+        __builtin_prefetch(&prepared_->slopes.row(texels[k].j)[2 * std::size_t(texels[k].i)]);
         __builtin_prefetch(&solid_.z.row(texels[k].j + 1)[texels[k].i + 1]);
     }
-    std::vector<Vec3> from(texels.size());
-    std::vector<Slopes> slopes(texels.size());  // none: offset along the view
-    if (scene_.material.offset == Offset::normal)
-        for (std::size_t k = 0; k < texels.size(); ++k)
-            slopes[k] = slopes_at(scene_.field, scene_.relief, texels[k].i, texels[k].j);
-    for (std::size_t k = 0; k < texels.size(); ++k)
-        from[k] = {column_x_[texels[k].i], row_y_[texels[k].j],
-                   solid_.z.at(texels[k].i + 1, texels[k].j + 1)};
-    for (std::size_t k = 0; k < texels.size(); ++k)
-        from[k] = from[k] - scene_.material.depth * normal_from(slopes[k]);
-    return from;
+    for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
+        assert(at.i / side * side == tile.column && at.j / side * side == tile.row);
+        std::copy_n(&solid_.z.row(at.j + 1)[at.i + 1], size, &tile.z[k]);
+        for (std::size_t n = 0; n < size; ++n)
+            tile.right[k + n] = float(at.i - tile.column + int(n));
+        for (std::size_t n = 0; n < size; ++n) tile.down[k + n] = float(at.j - tile.row);
+    });
+    sink(texels, tile);
+    return tile;
 }
 
-Vec3 Shader::normal(TexelIndex at) const {
-    return normal_from(slopes_at(scene_.field, scene_.relief, at.i, at.j), scene_.normal_scale);
+void Shader::load_slopes(std::span<const TexelIndex> texels, float scale, float* x,
+                         float* y) const {
+    for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
+        const float* slopes = &prepared_->slopes.row(at.j)[2 * std::size_t(at.i)];
+        for (std::size_t n = 0; n < size; ++n) {
+            x[k + n] = scale * slopes[2 * n];
+            y[k + n] = scale * slopes[2 * n + 1];
+        }
+    });
 }
 
-void Shader::illuminate(const LightSample& sample, std::span<const Vec3> from,
-                        std::span<double> d) const {
+// Moves starts from the surface to p', t below it.
+void Shader::sink(std::span<const TexelIndex> texels, RayTile& tile) const {
+    const float depth = float(scene_.material.depth);
+    const float texels_deep = float(scene_.material.depth * solid_.width);
+    if (scene_.material.offset == Offset::view) {
+        for (int k = 0; k < tile.count; ++k) tile.z[k] -= depth;
+        return;
+    }
+    Numbers x, y;
+    load_slopes(texels, 1, x.data(), y.data());
+    for (int k = 0; k < tile.count; ++k) {
+        const float normal_z = 1 / std::sqrt(1 + x[k] * x[k] + y[k] * y[k]);
+        tile.right[k] += texels_deep * normal_z * x[k];
+        tile.down[k] -= texels_deep * normal_z * y[k];
+        tile.z[k] -= depth * normal_z;
+    }
+}
+
+Vec3 Shader::start(TexelIndex at) const {
+    const Vec3 inward = scene_.material.offset == Offset::normal
+                            ? normal_from(slopes_at(field_, scene_.relief, at.i, at.j))
+                            : Vec3{0, 0, 1};
+    return surface_point(solid_, at.i, at.j) - scene_.material.depth * inward;
+}
+
+void Shader::normal(std::span<const TexelIndex> texels, std::span<float> xyz) const {
+    Numbers x, y;
+    load_slopes(texels, 1, x.data(), y.data());
+    for (std::size_t k = 0; k < texels.size(); ++k) {
+        const Vec3 n = normal_from({x[k], y[k]}, scene_.normal_scale);
+        xyz[3 * k] = float(n.x);
+        xyz[3 * k + 1] = float(n.y);
+        xyz[3 * k + 2] = float(n.z);
+    }
+}
+
+void Shader::illuminate(const LightSample& sample, std::span<const TexelIndex> texels,
+                        const RayTile& tile, std::span<float> d) const {
     const Material& m = scene_.material;
     if (m.illumination == Illumination::count) {
         assert(!sample.at_infinity);
-        for (std::size_t k = 0; k < from.size(); ++k)
-            d[k] = 1.0 / sample_count(solid_, from[k], sample.at, m.steps);
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            d[k] = 1.0f / float(sample_count(solid_, start(texels[k]), sample.at, m.steps));
         return;
     }
-    packets_.inside_lengths(target_of(sample), from, d);
+    packets_.inside_lengths(target_of(sample), tile, d);
+    const float depth = float(m.depth);
     if (m.illumination == Illumination::length)
-        for (double& r : d) r = length_illumination(m.depth, r);
+        for (float& r : d) r = r > depth ? depth / r : 1;
     else
-        for (double& r : d) r = exponential_illumination(m.depth, r, m.attenuation);
+        for (float& r : d) r = float(exponential_illumination(m.depth, r, m.attenuation));
 }
+
+// Unit vectors from the starts to a light.
+struct Shader::Directions {
+    Numbers x, y, z;
+
+    Directions(const Solid& solid, Vec3 at, bool at_infinity, const RayTile& tile) {
+        if (at_infinity) {
+            x.fill(float(at.x));
+            y.fill(float(at.y));
+            z.fill(float(at.z));
+            return;
+        }
+        const float texel = 1 / float(solid.width);
+        const float right = float(at.x * solid.width - 0.5 - tile.column);
+        const float down = float(solid.height - 0.5 - at.y * solid.width - tile.row);
+        for (int k = 0; k < tile.count; ++k) {
+            const float to_x = texel * (right - tile.right[k]);
+            const float to_y = -texel * (down - tile.down[k]);
+            const float to_z = float(at.z) - tile.z[k];
+            const float square = to_x * to_x + to_y * to_y + to_z * to_z;
+            const float inverse = square > 0 ? 1 / std::sqrt(square) : 0;
+            x[k] = inverse * to_x;
+            y[k] = inverse * to_y;
+            z[k] = square > 0 ? inverse * to_z : 1;
+        }
+    }
+};
+
+// Sums per texel of a tile.
+struct Shader::Sums {
+    Numbers r{}, g{}, b{};
+
+    void add(int count, const float* share, Rgb colour) {
+        const float cr = float(colour.r), cg = float(colour.g), cb = float(colour.b);
+        for (int k = 0; k < count; ++k) r[k] += share[k] * cr;
+        for (int k = 0; k < count; ++k) g[k] += share[k] * cg;
+        for (int k = 0; k < count; ++k) b[k] += share[k] * cb;
+    }
+    [[nodiscard]] Rgb at(std::size_t k) const { return {r[k], g[k], b[k]}; }
+};
+
+// View vectors mirrored at the normals.
+struct Shader::Mirrored {
+    Numbers x, y, z;
+
+    Mirrored(const Shader& shader, std::span<const TexelIndex> texels) {
+        shader.load_slopes(texels, float(shader.scene_.normal_scale), x.data(), y.data());
+        for (std::size_t k = 0; k < texels.size(); ++k) {
+            // 2 (n . v) n - v with n = (-x, -y, 1) / length
+            const float twice = 2 / (1 + x[k] * x[k] + y[k] * y[k]);
+            x[k] *= -twice;
+            y[k] *= -twice;
+            z[k] = twice - 1;
+        }
+    }
+};
 
 template <class Add>
-void Shader::for_each_highlight(const LightSample& sample, Vec3 from, Vec3 normal,
-                                const Add& add) const {
-    const Falloff falloff = scene_.material.specular.falloff;
-    const auto factor = [&](Vec3 place) {
-        const Vec3 to_light = sample.at_infinity ? place : normalized(place - from);
-        return specular_factor(normal, to_light, falloff);
+void Shader::for_each_highlight(const LightSample& sample, const RayTile& tile,
+                                const Mirrored& mirrored, const Add& add) const {
+    const float lo = float(scene_.material.specular.falloff.lo);
+    const float inverse =
+        float(1 / (scene_.material.specular.falloff.hi - scene_.material.specular.falloff.lo));
+    Numbers s;
+    const auto add_part = [&](Vec3 at, Rgb radiance, double weight) {
+        const Directions light(solid_, at, sample.at_infinity, tile);
+        for (int k = 0; k < tile.count; ++k) {
+            const float cosine = mirrored.x[k] * light.x[k] + mirrored.y[k] * light.y[k] +
+                                 mirrored.z[k] * light.z[k];
+            s[k] = std::min(std::max((cosine - lo) * inverse, 0.0f), 1.0f);
+        }
+        add(s.data(), radiance, weight);
     };
-    if (sample.parts.empty()) add(factor(sample.at), sample.radiance, sample.weight);
-    for (const SamplePart& part : sample.parts) add(factor(part.at), part.radiance, part.weight);
+    if (sample.parts.empty()) add_part(sample.at, sample.radiance, sample.weight);
+    for (const SamplePart& part : sample.parts) add_part(part.at, part.radiance, part.weight);
 }
 
-Rgb Shader::highlight(const LightSample& sample, Vec3 from, Vec3 normal) const {
-    Rgb sum;
-    for_each_highlight(sample, from, normal,
-                       [&](double s, Rgb radiance, double) { sum = sum + s * radiance; });
-    return sum;
+// Share of the light that reaches the matt colour, d left out: (1 - k_s) ((1 - k_f) + k_f f).
+void Shader::fill_matt_share(const LightSample& sample, const RayTile& tile,
+                             std::span<float> share) const {
+    const Scatter& scatter = scene_.material.scatter;
+    const float matt = float(1 - scene_.material.specular.k);
+    std::fill(share.begin(), share.end(), matt);
+    if (scatter.k == 0) return;
+    const Directions light(solid_, sample.at, sample.at_infinity, tile);
+    const float k_f = float(scatter.k), lo = float(scatter.falloff.lo);
+    const float inverse = float(1 / (scatter.falloff.hi - scatter.falloff.lo));
+    for (int k = 0; k < tile.count; ++k) {
+        const float f = std::min(std::max((-light.z[k] - lo) * inverse, 0.0f), 1.0f);
+        share[k] = matt * ((1 - k_f) + k_f * f);
+    }
 }
 
-Rgb Shader::albedo(TexelIndex at) const {
-    const Image& map = scene_.field.albedo;
-    if (map.empty()) return {1, 1, 1};
-    return {map.at(at.i, at.j, 0), map.at(at.i, at.j, 1), map.at(at.i, at.j, 2)};
-}
-
-std::vector<Rgb> Shader::beauty(std::span<const TexelIndex> texels,
-                                const std::stop_token& stop) const {
+void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& stop,
+                    std::span<float> rgb) const {
     const Material& m = scene_.material;
-    const double matt = 1 - m.specular.k;
-    const std::vector<Vec3> from = starts(texels);
-    std::vector<Vec3> normals;
-    if (m.specular.k > 0)
-        for (const TexelIndex at : texels) normals.push_back(normal(at));
+    const RayTile tile = starts(texels);
+    std::optional<Mirrored> mirrored;
+    if (m.specular.k > 0) mirrored.emplace(*this, texels);
 
-    std::vector<double> matt_share(texels.size(), matt), d(texels.size());
-    std::vector<Rgb> gloss(texels.size()), diffuse(texels.size()), glossy(texels.size());
+    Numbers share, d;
+    Sums diffuse, glossy;
     for (const LightSample& sample : samples_) {
         if (sample.radiance == Rgb{}) continue;
         if (stop.stop_requested()) break;
+        const std::span<float> shares(share.data(), texels.size());
+        fill_matt_share(sample, tile, shares);
+        Sums gloss;
+        if (mirrored)
+            for_each_highlight(sample, tile, *mirrored, [&](const float* s, Rgb radiance, double) {
+                gloss.add(tile.count, s, radiance);
+            });
         // Light that d cannot change needs no march.
-        bool needs_d = false;
-        for (std::size_t k = 0; k < texels.size(); ++k) {
-            if (m.scatter.k > 0) {
-                const Vec3 to_light = ray_to(target_of(sample), from[k]).direction;
-                const double f = scatter_factor(to_light, m.scatter.falloff);
-                matt_share[k] = matt * ((1 - m.scatter.k) + m.scatter.k * f);
-            }
-            if (m.specular.k > 0) gloss[k] = highlight(sample, from[k], normals[k]);
-            needs_d |= matt_share[k] > 0 || (m.specular.occlude && !(gloss[k] == Rgb{}));
-        }
-        if (needs_d) illuminate(sample, from, d);
-        for (std::size_t k = 0; k < texels.size(); ++k) {
-            diffuse[k] = diffuse[k] + (matt_share[k] * d[k]) * sample.radiance;
-            glossy[k] = glossy[k] + (m.specular.occlude ? d[k] : 1) * gloss[k];
+        const auto is_lit = [&](std::size_t k) { return !(gloss.at(k) == Rgb{}); };
+        bool needs_d = std::any_of(shares.begin(), shares.end(), [](float v) { return v > 0; });
+        for (std::size_t k = 0; k < texels.size() && m.specular.occlude && !needs_d; ++k)
+            needs_d = mirrored && is_lit(k);
+        if (needs_d) illuminate(sample, texels, tile, {d.data(), texels.size()});
+        else d.fill(0);
+        for (int k = 0; k < tile.count; ++k) share[k] *= d[k];
+        diffuse.add(tile.count, share.data(), sample.radiance);
+        if (!mirrored) continue;
+        for (int k = 0; k < tile.count; ++k) {
+            const float lit = m.specular.occlude ? d[k] : 1;
+            glossy.r[k] += lit * gloss.r[k];
+            glossy.g[k] += lit * gloss.g[k];
+            glossy.b[k] += lit * gloss.b[k];
         }
     }
-    std::vector<Rgb> colours(texels.size());
-    for (std::size_t k = 0; k < texels.size(); ++k)
-        colours[k] = matt * base_ + albedo(texels[k]) * diffuse_ * diffuse[k] +
-                     m.specular.k * specular_ * glossy[k];
-    return colours;
+    const double matt = 1 - m.specular.k;
+    const float base[] = {float(matt * base_.r), float(matt * base_.g), float(matt * base_.b)};
+    const float colour[] = {float(diffuse_.r), float(diffuse_.g), float(diffuse_.b)};
+    const float shine[] = {float(m.specular.k * specular_.r), float(m.specular.k * specular_.g),
+                           float(m.specular.k * specular_.b)};
+    const Numbers* diffuse_light[] = {&diffuse.r, &diffuse.g, &diffuse.b};
+    const Numbers* glossy_light[] = {&glossy.r, &glossy.g, &glossy.b};
+    for (int c = 0; c < 3; ++c)
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            rgb[3 * k + c] = colour[c] * (*diffuse_light[c])[k];
+    if (!field_.albedo.empty())
+        for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
+            const float* albedo = &field_.albedo.row(at.j)[3 * std::size_t(at.i)];
+            for (std::size_t n = 0; n < 3 * size; ++n) rgb[3 * k + n] *= albedo[n];
+        });
+    for (int c = 0; c < 3; ++c)
+        for (std::size_t k = 0; k < texels.size(); ++k) {
+            rgb[3 * k + c] += base[c];
+            if (mirrored) rgb[3 * k + c] += shine[c] * (*glossy_light[c])[k];
+        }
 }
 
-std::vector<double> Shader::illumination(std::span<const TexelIndex> texels,
-                                         const std::stop_token& stop) const {
-    const std::vector<Vec3> from = starts(texels);
-    std::vector<double> mean(texels.size()), d(texels.size());
+void Shader::illumination(std::span<const TexelIndex> texels, const std::stop_token& stop,
+                          std::span<float> d) const {
+    const RayTile tile = starts(texels);
+    std::fill(d.begin(), d.end(), 0.0f);
+    Numbers of_sample;
     for (std::size_t q = 0; q < first_light_samples_ && !stop.stop_requested(); ++q) {
-        illuminate(samples_[q], from, d);
-        for (std::size_t k = 0; k < texels.size(); ++k) mean[k] += samples_[q].weight * d[k];
+        illuminate(samples_[q], texels, tile, {of_sample.data(), texels.size()});
+        const float weight = float(samples_[q].weight);
+        for (std::size_t k = 0; k < texels.size(); ++k) d[k] += weight * of_sample[k];
     }
-    return mean;
 }
 
-std::vector<double> Shader::thickness(std::span<const TexelIndex> texels) const {
+void Shader::thickness(std::span<const TexelIndex> texels, std::span<float> r) const {
     assert(first_light_samples_ == 1);
-    std::vector<double> r(texels.size());
     packets_.inside_lengths(target_of(samples_.front()), starts(texels), r);
-    return r;
 }
 
-double Shader::specular(TexelIndex at) const {
-    double sum = 0;
+void Shader::specular(std::span<const TexelIndex> texels, std::span<float> s) const {
+    const RayTile tile = starts(texels);
+    const Mirrored mirrored(*this, texels);
+    std::fill(s.begin(), s.end(), 0.0f);
     for (std::size_t q = 0; q < first_light_samples_; ++q)
-        for_each_highlight(samples_[q], start(at), normal(at),
-                           [&](double s, Rgb, double weight) { sum += weight * s; });
-    return sum;
+        for_each_highlight(samples_[q], tile, mirrored,
+                           [&](const float* of_part, Rgb, double weight) {
+                               for (std::size_t k = 0; k < texels.size(); ++k)
+                                   s[k] += float(weight) * of_part[k];
+                           });
 }
 
-double Shader::scatter(TexelIndex at) const {
-    double sum = 0;
+void Shader::scatter(std::span<const TexelIndex> texels, std::span<float> f) const {
+    const RayTile tile = starts(texels);
+    const Falloff falloff = scene_.material.scatter.falloff;
+    std::fill(f.begin(), f.end(), 0.0f);
     for (std::size_t q = 0; q < first_light_samples_; ++q) {
-        const Vec3 to_light = ray_to(target_of(samples_[q]), start(at)).direction;
-        sum += samples_[q].weight * scatter_factor(to_light, scene_.material.scatter.falloff);
+        const LightSample& sample = samples_[q];
+        const Directions light(solid_, sample.at, sample.at_infinity, tile);
+        for (std::size_t k = 0; k < texels.size(); ++k)
+            f[k] += float(sample.weight * scatter_factor({0, 0, light.z[k]}, falloff));
     }
-    return sum;
 }
 
 }  // namespace relit

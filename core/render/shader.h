@@ -8,52 +8,58 @@
 #include <vector>
 
 #include "core/base/rect.h"
-#include "core/render/scene.h"
-#include "core/visibility/inside_lengths.h"
+#include "core/render/prepared.h"
 
 namespace relit {
 
 /// Prepared from a scene, which must outlive it. Its functions may be called from any thread.
 ///
-/// Texels come in lists, best those of a tile of 16 x 16; a texel's numbers are the same in any list.
-/// Where `stop` is set the numbers are unfinished.
+/// Texels come in lists of one square of the map: 16 x 16, counted from the map's corner; fastest
+/// with the whole square, row by row. A texel's numbers are the same in any list. The last parameter
+/// takes them, one per texel, of colours and vectors three. Where `stop` is set they are unfinished.
 class Shader {
 public:
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-           const Executor& executor, Simd simd = best_simd());
+           const RenderControl& control);
 
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E.
-    [[nodiscard]] std::vector<Rgb> beauty(std::span<const TexelIndex> texels,
-                                          const std::stop_token& stop = {}) const;
+    void beauty(std::span<const TexelIndex> texels, const std::stop_token& stop,
+                std::span<float> rgb) const;
     /// Weighted mean of d over the first light's samples.
-    [[nodiscard]] std::vector<double> illumination(std::span<const TexelIndex> texels,
-                                                   const std::stop_token& stop = {}) const;
+    void illumination(std::span<const TexelIndex> texels, const std::stop_token& stop,
+                      std::span<float> d) const;
     /// r of the first light in scene units; infinity where it is endless. @pre one sample
-    [[nodiscard]] std::vector<double> thickness(std::span<const TexelIndex> texels) const;
-    /// Weighted means of s and f over the first light's samples.
-    [[nodiscard]] double specular(TexelIndex at) const;
-    [[nodiscard]] double scatter(TexelIndex at) const;
+    void thickness(std::span<const TexelIndex> texels, std::span<float> r) const;
+    /// Weighted mean of s over the first light's samples.
+    void specular(std::span<const TexelIndex> texels, std::span<float> s) const;
+    /// Weighted mean of f over the first light's samples.
+    void scatter(std::span<const TexelIndex> texels, std::span<float> f) const;
     /// Unit normal with normalScale.
-    [[nodiscard]] Vec3 normal(TexelIndex at) const;
+    void normal(std::span<const TexelIndex> texels, std::span<float> xyz) const;
 
 private:
+    struct Directions;
+    struct Mirrored;
+    struct Sums;
     [[nodiscard]] Vec3 start(TexelIndex at) const;  // p'
-    [[nodiscard]] std::vector<Vec3> starts(std::span<const TexelIndex> texels) const;
-    void illuminate(const LightSample& sample, std::span<const Vec3> from,
-                    std::span<double> d) const;
-    [[nodiscard]] Rgb highlight(const LightSample& sample, Vec3 from,
-                                Vec3 normal) const;  // s times radiance
-    [[nodiscard]] Rgb albedo(TexelIndex at) const;
+    [[nodiscard]] RayTile starts(std::span<const TexelIndex> texels) const;
+    void sink(std::span<const TexelIndex> texels, RayTile& tile) const;
+    void load_slopes(std::span<const TexelIndex> texels, float scale, float* x, float* y) const;
+    void illuminate(const LightSample& sample, std::span<const TexelIndex> texels,
+                    const RayTile& tile, std::span<float> d) const;
+    void fill_matt_share(const LightSample& sample, const RayTile& tile,
+                         std::span<float> share) const;
     template <class Add>
-    void for_each_highlight(const LightSample& sample, Vec3 from, Vec3 normal,
-                            const Add& add) const;
+    void for_each_highlight(const LightSample& sample, const RayTile& tile,
+                            const Mirrored& mirrored, const Add& add) const;
 
     const Scene& scene_;
-    Solid solid_;
-    PacketSolid packets_;                   // of solid_
-    std::vector<double> column_x_, row_y_;  // scene units of texel centres
-    std::vector<LightSample> samples_;      // of all lights, in the scene's order
-    std::size_t first_light_samples_;       // how many of them are the first light's
+    const HeightField& field_;
+    std::shared_ptr<const PreparedSolid> prepared_;
+    const Solid& solid_;
+    const PacketSolid& packets_;
+    std::vector<LightSample> samples_;  // of all lights, in the scene's order
+    std::size_t first_light_samples_;   // how many of them are the first light's
     Rgb base_, diffuse_, specular_;
 };
 

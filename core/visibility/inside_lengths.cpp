@@ -35,17 +35,28 @@ void merge(Bounds& a, const Bounds& b) {
 constexpr Bounds nothing{-std::numeric_limits<float>::infinity(),
                          std::numeric_limits<float>::infinity()};
 
-kernels::March* march_of(Simd simd) {
+struct Marches {
+    kernels::March* rays;
+    kernels::TileMarch* tile;
+};
+
+Marches marches_of(Simd simd) {
     switch (simd) {
 #if defined(__x86_64__)
         case Simd::avx512:
-            return kernels::march_avx512;
+            return {kernels::march_avx512, kernels::march_tile_avx512};
         case Simd::avx2:
-            return kernels::march_avx2;
+            return {kernels::march_avx2, kernels::march_tile_avx2};
 #endif
         default:
-            return kernels::march_portable;
+            return {kernels::march_portable, kernels::march_tile_portable};
     }
+}
+
+// Where a ray of a tile starts, in scene units.
+Vec3 start_of(const Solid& solid, const RayTile& tile, int k) {
+    return {(tile.column + 0.5 + tile.right[k]) / solid.width,
+            (solid.height - 0.5 - tile.row - tile.down[k]) / solid.width, tile.z[k]};
 }
 
 }  // namespace
@@ -117,6 +128,11 @@ struct PacketSolid::Copy {
             for (int p = 0; p < across; ++p) far.push_back(wide(p, q, 8, 4));
     }
 
+    [[nodiscard]] std::uint64_t bytes() const {
+        return std::uint64_t(grid.pitch) * (grid.rows + 1) * sizeof(float) +
+               (near.size() + far.size()) * sizeof(Bounds);
+    }
+
     float* row(int v) { return z.get() + margin + std::size_t(v) * grid.pitch; }
 };
 
@@ -124,7 +140,8 @@ PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd
     : solid_(solid),
       by_rows_(std::make_unique<const Copy>(solid, false, executor)),
       by_columns_(std::make_unique<const Copy>(solid, true, executor)),
-      march_(march_of(simd)) {
+      march_(marches_of(simd).rays),
+      march_tile_(marches_of(simd).tile) {
     scenery_.by_rows = by_rows_->grid;
     scenery_.by_columns = by_columns_->grid;
     scenery_.masked = !solid.cover.empty();
@@ -137,20 +154,46 @@ PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd
 
 PacketSolid::~PacketSolid() = default;
 
-void PacketSolid::inside_lengths(const RayTarget& target, std::span<const Vec3> from,
-                                 std::span<double> r) const noexcept {
-    assert(from.size() == r.size());
+std::uint64_t PacketSolid::bytes() const { return by_rows_->bytes() + by_columns_->bytes(); }
+
+kernels::Scenery PacketSolid::lit_by(const RayTarget& target) const {
     kernels::Scenery scenery = scenery_;
     scenery.light[0] = target.at.x;
     scenery.light[1] = target.at.y;
     scenery.light[2] = target.at.z;
     scenery.at_infinity = target.at_infinity;
+    return scenery;
+}
+
+void PacketSolid::inside_lengths(const RayTarget& target, std::span<const Vec3> from,
+                                 std::span<double> r) const noexcept {
+    assert(from.size() == r.size());
+    const kernels::Scenery scenery = lit_by(target);
     for (std::size_t k = 0; k < from.size(); k += kernels::max_rays) {
         const int count = int(std::min<std::size_t>(kernels::max_rays, from.size() - k));
         march_(scenery, &from[k].x, count, &r[k]);
     }
     for (std::size_t k = 0; k < from.size(); ++k)
         if (std::isnan(r[k])) r[k] = inside_length(solid_, ray_to(target, from[k]));
+}
+
+void PacketSolid::inside_lengths(const RayTarget& target, const RayTile& tile,
+                                 std::span<float> r) const noexcept {
+    assert(tile.count <= RayTile::max_rays && r.size() >= std::size_t(tile.count));
+    const kernels::Tile rays{tile.column + 1,   tile.row + 1,     tile.count,
+                             tile.right.data(), tile.down.data(), tile.z.data()};
+    march_tile_(lit_by(target), rays, r.data());
+    std::array<Vec3, RayTile::max_rays> from;
+    std::array<double, RayTile::max_rays> lengths;
+    std::array<int, RayTile::max_rays> left;
+    int count = 0;
+    for (int k = 0; k < tile.count; ++k)
+        if (std::isnan(r[k])) {
+            from[count] = start_of(solid_, tile, k);
+            left[count++] = k;
+        }
+    inside_lengths(target, {from.data(), std::size_t(count)}, {lengths.data(), std::size_t(count)});
+    for (int k = 0; k < count; ++k) r[left[k]] = float(lengths[k]);
 }
 
 }  // namespace relit

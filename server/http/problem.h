@@ -1,6 +1,6 @@
 // Errors as replies: the table from error code to HTTP status, and the problem document (RFC 9457)
-// that names the code. For dispatch(), which answers every exception here, and for the OpenAPI
-// document.
+// that names the code. For dispatch(), which answers every exception here, for frames of batches, whose
+// failure is told later, and for the OpenAPI document.
 #pragma once
 
 #include <span>

@@ -89,7 +89,8 @@ void BatchRunner::work(int number) {
         try {
             claim = store_.claim(std::to_string(number));
             if (claim) work_on(*claim, render);
-        } catch (const Error&) {  // logged; tried again like an empty queue
+        } catch (const std::exception& error) {  // tried again like an empty queue
+            spdlog::debug("batches: no frame was claimed: {}", error.what());
         }
         lock.lock();
         if (!claim)
@@ -214,7 +215,8 @@ void BatchRunner::sweep_once() {
         try {
             results_.sweep([&](const std::string& batch) { return store_.result_files(batch); });
             done = true;
-        } catch (const Error&) {  // logged
+        } catch (const std::exception& error) {
+            spdlog::debug("batches: not swept: {}", error.what());
         }
         lock.lock();
         if (done) {
@@ -255,7 +257,7 @@ bool BatchRunner::deliver(HeldList& finished) try {
         }
     }
     return true;
-} catch (const Error& error) {
+} catch (const std::exception& error) {
     spdlog::error("batches: {} finished frames wait to be stored: {}", finished.size(),
                   error.what());
     return false;
@@ -280,7 +282,8 @@ void BatchRunner::look_after_leases() try {
         settings_.changed(batch, facts && facts->finished);
     }
     store_.forget_keys(settings_.expiry.count());
-} catch (const Error&) {  // logged; tried again the next time
+} catch (const std::exception& error) {  // tried again the next time
+    spdlog::debug("batches: {}", error.what());
 }
 
 void BatchRunner::look_after_room() try {
@@ -292,7 +295,8 @@ void BatchRunner::look_after_room() try {
         settings_.changed(batch, true);
     }
     full_ = store_.counts().result_bytes > settings_.max_result_bytes;
-} catch (const Error&) {  // logged; tried again the next time
+} catch (const std::exception& error) {  // tried again the next time
+    spdlog::debug("batches: {}", error.what());
 }
 
 }  // namespace relit::server

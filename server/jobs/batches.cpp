@@ -20,7 +20,7 @@ Error no_such_batch() { return {error_code::not_found, "There is no batch with t
 
 int workers_of(const BatchNeeds& needs) {
     const int wanted = needs.limits.max_batch_renders;
-    return wanted > 0 ? std::min(wanted, needs.threads) : needs.threads;
+    return wanted > 0 ? wanted : needs.threads;
 }
 
 // While requests are rendered; at least one, so that batches go on.
@@ -34,8 +34,10 @@ RenderedFrame render_frame(const std::string& text, const std::stop_token& stop,
                            const Executor& executor, const BatchNeeds& needs) {
     const SceneDescription description = parse_scene(text, needs.limits.max_lights);
     const auto find = [&](const ImageSource& source) { return needs.images.get(source.text); };
-    const Scene scene = load_scene(description, find, needs.limits, executor, needs.decoded);
-    PictureFile file = picture_file(scene, description, text, {executor, stop, {}, needs.simd});
+    const Scene scene = load_scene(description, find, needs.limits, executor, needs.cache);
+    PictureFile file = picture_file(
+        scene, description, text,
+        {.executor = executor, .stop = stop, .simd = needs.simd, .cache = &needs.cache});
     needs.metrics.rendered_pixels +=
         std::uint64_t(file.picture.pixels.width) * std::uint64_t(file.picture.pixels.height);
     return {std::move(file.bytes), std::string(media_type_of(description.output.format))};
@@ -77,13 +79,14 @@ Batches::Batches(const std::filesystem::path& folder, const BatchNeeds& needs)
 Batches::~Batches() = default;
 
 void Batches::start() {
-    hold_images_of_unfinished();
+    hold_images_of_unfinished("");
     runner_.start();
 }
 
-// An image that is gone is found out by its frames.
-void Batches::hold_images_of_unfinished() try {
+// Of one batch, or of all. An image that is gone is found out by its frames.
+void Batches::hold_images_of_unfinished(const std::string& only) try {
     for (const auto& [batch, ids] : store_.unfinished()) {
+        if (!only.empty() && batch != only) continue;
         HeldImages held;
         for (const std::string& id : ids) try {
                 held[id] = needs_.images.get(id);
@@ -148,9 +151,10 @@ void Batches::remove(const std::string& id) {
 
 void Batches::retry(const std::string& id) {
     if (!store_.retry_failed(id)) throw no_such_batch();
-    hold_images_of_unfinished();
+    hold_images_of_unfinished(id);
     runner_.wake();
-    changed(id, false);
+    const auto batch = store_.find(id);  // it may have ended before its images were held
+    changed(id, !batch || batch->finished);
 }
 
 BatchFacts Batches::find(const std::string& id) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/shared_cache.h"
 #include "core/base/simd.h"
 #include "server/jobs/batch_news.h"
 #include "server/jobs/batch_runner.h"
@@ -18,7 +19,6 @@
 #include "server/jobs/stream_slots.h"
 #include "server/limits.h"
 #include "server/metrics.h"
-#include "server/scenes/shared_cache.h"
 #include "server/storage/image_store.h"
 #include "server/storage/result_files.h"
 
@@ -27,7 +27,7 @@ namespace relit::server {
 /// What the workers use of the server. All of it must outlive the batches.
 struct BatchNeeds {
     ImageStore& images;
-    SharedCache& decoded;
+    SharedCache& cache;
     RenderSlots& renders;  ///< while these are used, batches take their share only
     Metrics& metrics;
     const Limits& limits;
@@ -82,7 +82,7 @@ public:
     [[nodiscard]] static std::string new_id();
 
 private:
-    void hold_images_of_unfinished();
+    void hold_images_of_unfinished(const std::string& only);
     void changed(const std::string& batch, bool finished);
 
     const BatchNeeds needs_;

@@ -75,7 +75,7 @@ void SqliteJobStore::open() {
     if (open_failed_ && now >= *open_failed_ && now < *open_failed_ + 1000) throw unavailable();
     open_failed_ = now;
     std::error_code ignored;  // a folder that cannot be made is one that cannot be opened
-    std::filesystem::create_directories(file_.parent_path(), ignored);
+    std::filesystem::create_directory(file_.parent_path(), ignored);
     auto database = std::make_unique<SqliteDatabase>(file_, settings_.clock);
     database->execute("PRAGMA foreign_keys = ON");
     database->execute("PRAGMA journal_size_limit = 67108864");

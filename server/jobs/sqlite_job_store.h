@@ -25,7 +25,8 @@ struct SqliteJobStoreSettings {
 /// held a lease in another run of the program is gone: such leases end when the database is opened.
 class SqliteJobStore final : public JobStore {
 public:
-    /// @param file  made where it is missing, its folder too; others lie beside it (-wal, -shm)
+    /// @param file  made where it is missing, its folder too, but not what that is in: a data folder that
+    ///              is gone is not to come back empty. Others lie beside it (-wal, -shm)
     explicit SqliteJobStore(std::filesystem::path file, SqliteJobStoreSettings settings = {});
     ~SqliteJobStore() override;
 

@@ -53,12 +53,14 @@ std::vector<PlainMetric> gauges(const Services& services) {
         {"relit_stored_images", "Images stored.", false, double(images.stored_images())},
         {"relit_evicted_images_total", "Images that went to make room for others.", true,
          double(images.evicted_images())},
-        {"relit_cache_bytes", "Size of the decoded maps that are kept.", false,
-         double(services.decoded.bytes())},
-        {"relit_cache_hits_total", "Maps that were there, or being decoded already.", true,
-         double(services.decoded.hits())},
-        {"relit_cache_misses_total", "Maps that had to be decoded.", true,
-         double(services.decoded.misses())},
+        {"relit_cache_bytes",
+         "Size of the decoded maps that are kept, and of what was made of them.", false,
+         double(services.cache.bytes())},
+        {"relit_cache_hits_total",
+         "Things asked of the cache that were there, or being made already.", true,
+         double(services.cache.hits())},
+        {"relit_cache_misses_total", "Things asked of the cache that had to be made.", true,
+         double(services.cache.misses())},
     };
 }
 

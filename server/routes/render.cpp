@@ -131,13 +131,16 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
         services.renders.wait_for_slot(request.deadline, request.client_gone, session);
     stages.done(RenderStage::queue);
     const Scene scene =
-        load_scene(job.scene, find, services.limits, services.executor, services.decoded);
+        load_scene(job.scene, find, services.limits, services.executor, services.cache);
     stages.done(RenderStage::decode);
     if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
     PictureFile file;
     in_time(request, slot.stop_token(), [&](const std::stop_token& stop) {
         file = picture_file(scene, job.scene, job.scene_text,
-                            {services.executor, stop, {}, services.simd},
+                            {.executor = services.executor,
+                             .stop = stop,
+                             .simd = services.simd,
+                             .cache = &services.cache},
                             [&] { stages.done(RenderStage::render); });
         stages.done(RenderStage::encode);
     });
@@ -151,7 +154,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
     reply.headers["Relit-Accuracy"] = accuracy_text(job.scene.output.picture, picture);
     reply.headers["Cache-Control"] = caching.cacheable ? cache_for_good : "no-store";
     if (caching.cacheable) reply.headers["ETag"] = caching.etag;
-    if (const auto& range = scene.field.rescaled_from)
+    if (const auto& range = scene.field->rescaled_from)
         reply.headers["Relit-Height-Range"] =
             fmt::format("{} {}", float(range->min), float(range->max));
     return reply;

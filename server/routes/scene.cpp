@@ -12,7 +12,7 @@ Reply check_scene(const Request& request, Services& services) {
     {
         // Nothing is rendered: it waits beside the uploads, not behind the renders.
         const auto slot = services.decodes.wait_for_slot(request.deadline, request.client_gone);
-        (void)load_scene(job.scene, find, services.limits, services.executor, services.decoded);
+        (void)load_scene(job.scene, find, services.limits, services.executor, services.cache);
     }
     Reply reply{.content_type = "application/json", .body = job.scene_text};
     reply.headers["Cache-Control"] = "no-store";

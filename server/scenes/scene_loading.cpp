@@ -102,12 +102,15 @@ std::shared_ptr<const HeightField> shared_field(const SceneDescription& descript
     const FieldImages images{found(description.height, find), found(description.alpha, find),
                              found(description.albedo, find)};
     const Transfer transfer = description.output.picture.transfer;
-    const std::string key =
-        fmt::format("field {} {} {} {}", images.height.key(), key_of(images.alpha),
-                    key_of(images.albedo), images.albedo ? int(transfer) : 0);
+    const std::string shape_key =
+        fmt::format("shape {} {}", images.height.key(), key_of(images.alpha));
+    const std::string key = fmt::format("field {} {} {}", shape_key, key_of(images.albedo),
+                                        images.albedo ? int(transfer) : 0);
     return cache.get<HeightField>(key, [&] {
         auto field =
-            std::make_shared<const HeightField>(height_field(images, transfer, limits, executor));
+            std::make_shared<HeightField>(height_field(images, transfer, limits, executor));
+        field->key = key;
+        field->shape_key = shape_key;
         const std::uint64_t bytes =
             bytes_of(field->heights) + bytes_of(field->alpha) + bytes_of(field->albedo);
         return SharedCache::Made<HeightField>{std::move(field), bytes};
@@ -129,11 +132,10 @@ Image environment_map(const FoundImage& found, Transfer transfer, const Limits& 
     return map;
 }
 
-std::shared_ptr<const Image> shared_environment(const ImageSource& source, Transfer transfer,
-                                                const FindImage& find, const Limits& limits,
+std::shared_ptr<const Image> shared_environment(const std::string& key, const FoundImage& image,
+                                                Transfer transfer, const Limits& limits,
                                                 SharedCache& cache) {
-    const FoundImage image = found(source, find);
-    return cache.get<Image>(fmt::format("environment {} {}", image.key(), int(transfer)), [&] {
+    return cache.get<Image>(key, [&] {
         auto map = std::make_shared<const Image>(environment_map(image, transfer, limits));
         const std::uint64_t bytes = bytes_of(*map);
         return SharedCache::Made<Image>{std::move(map), bytes};
@@ -146,7 +148,9 @@ Light light_from(const LightDescription& description, Transfer transfer, const F
     if (const auto* sun = std::get_if<DirectionalLight>(&description)) return *sun;
     const auto& environment = std::get<EnvironmentDescription>(description);
     EnvironmentLight light = environment.light;
-    light.map = shared_environment(environment.image, transfer, find, limits, cache);
+    const FoundImage image = found(environment.image, find);
+    light.map_key = fmt::format("environment {} {}", image.key(), int(transfer));
+    light.map = shared_environment(light.map_key, image, transfer, limits, cache);
     return light;
 }
 
@@ -187,8 +191,8 @@ void check_output(const OutputDescription& output, int map_width, int map_height
 Scene load_scene(const SceneDescription& description, const FindImage& find, const Limits& limits,
                  const Executor& executor, SharedCache& cache) {
     Scene scene;
-    scene.field = *shared_field(description, find, limits, executor, cache);
-    check_output(description.output, scene.field.width(), scene.field.height(), limits);
+    scene.field = shared_field(description, find, limits, executor, cache);
+    check_output(description.output, scene.field->width(), scene.field->height(), limits);
     scene.relief = description.relief;
     scene.base = description.base;
     scene.normal_scale = description.normal_scale;

@@ -7,9 +7,9 @@
 #include <stop_token>
 #include <string>
 
+#include "core/base/shared_cache.h"
 #include "core/render/scene.h"
 #include "server/limits.h"
-#include "server/scenes/shared_cache.h"
 #include "server/schema/description.h"
 #include "server/shared_bytes.h"
 

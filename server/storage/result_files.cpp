@@ -13,11 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// @return whether it had to be made
-bool make_folder(const fs::path& folder) {
+void make_folder(const fs::path& folder) {
     std::error_code error;
-    const bool made = fs::create_directories(folder, error);
-    if (!error) return made;
+    fs::create_directory(folder, error);
+    if (!error) return;
     errno = error.value();
     fail_storage("make a folder");
 }
@@ -26,20 +25,20 @@ bool make_folder(const fs::path& folder) {
 
 std::string ResultFiles::put(const std::string& batch, std::string_view bytes) const {
     const fs::path incoming = folder_ / "incoming";
-    const fs::path results = folder_ / "results";
-    make_folder(incoming);
+    const fs::path results = folder_ / "results" / batch;
+    for (const fs::path& folder : {folder_, incoming, results.parent_path(), results})
+        make_folder(folder);
     std::string name = sha256_hex(bytes);
     TemporaryFile file(incoming, bytes, std::chrono::system_clock::now());
-    if (make_folder(results / batch)) {
-        sync_folder(folder_);
-        sync_folder(results);
-    }
-    file.rename_to(results / batch / name);
+    file.rename_to(results / name);
     return name;
 }
 
 void ResultFiles::sync(const std::set<std::string>& batches) const {
+    if (batches.empty()) return;
     for (const std::string& batch : batches) sync_folder(folder_ / "results" / batch);
+    sync_folder(folder_ / "results");
+    sync_folder(folder_);
 }
 
 SharedBytes ResultFiles::get(const std::string& batch, const std::string& name) const {

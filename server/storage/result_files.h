@@ -19,7 +19,7 @@ namespace relit::server {
 /// whole or not at all; what a crash leaves behind is removed by sweep().
 class ResultFiles {
 public:
-    /// @param folder  made when the first file is put
+    /// @param folder  made when the first file is put; what it is in has to be there
     explicit ResultFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
     /// Stores a picture: durable after sync() of its batch. @return its name

@@ -41,7 +41,7 @@ double bare_rate(int renders, int threads, std::chrono::seconds time) {
     for (int w = 0; w < renders; ++w)
         workers.emplace_back([&] {
             const Executor executor(threads);
-            server::SharedCache cache(64 << 20);
+            SharedCache cache(64 << 20);
             const auto find = [](const server::ImageSource&) {
                 return server::SharedBytes{nullptr, relief().bytes};
             };
@@ -49,7 +49,8 @@ double bare_rate(int renders, int threads, std::chrono::seconds time) {
                 const auto scene = server::parse_scene(orbit_scene(frames * 0.18).dump(), 1);
                 const auto text = server::scene_json(scene);
                 const Scene loaded = server::load_scene(scene, find, {}, executor, cache);
-                (void)server::picture_file(loaded, scene, text, {executor});
+                (void)server::picture_file(loaded, scene, text,
+                                           {.executor = executor, .cache = &cache});
                 ++frames;
             }
         });
@@ -100,7 +101,7 @@ void measure(int frames) {
         RelitProcess relitd({.flags = {"--log-level=warn"}});
         const double batch = batch_rate(relitd.port(), frames);
         const double drag = drag_rate(relitd.port(), 5s);
-        const std::string id = submit_orbit(relitd.port(), 100 * frames);
+        const std::string id = submit_orbit(relitd.port(), 10'000);
         std::this_thread::sleep_for(500ms);
         const int before = batch_at(relitd.port(), id)["done"];
         const double drag_beside = drag_rate(relitd.port(), 5s);

@@ -41,8 +41,9 @@ Image ground(const HeightField& field) {
 
 Image rendered_terrain(int size) {
     Scene scene;
-    scene.field = terrain(size);
-    scene.field.albedo = ground(scene.field);
+    HeightField field = terrain(size);
+    field.albedo = ground(field);
+    scene.field = std::make_shared<const HeightField>(std::move(field));
     scene.relief = relief;
     scene.material.depth = 0.004;
     PointLight light;

@@ -130,7 +130,7 @@ void exact_per_texel(benchmark::State& state) {
 
 Scene bench_scene(const Setting& setting) {
     Scene scene;
-    scene.field = terrain(setting.size);
+    scene.field = test::shared(terrain(setting.size));
     scene.relief = relief;
     scene.material.depth = depth;
     PointLight light;
@@ -139,29 +139,43 @@ Scene bench_scene(const Setting& setting) {
     return scene;
 }
 
-void run_illumination(benchmark::State& state, const HeightField& field, Offset offset, Simd simd) {
+struct Way {
+    Offset offset = Offset::view;
+    Simd simd = best_simd();
+    bool is_cold = false;  // nothing is left of a render before
+};
+
+void run_illumination(benchmark::State& state, HeightField field, Way way) {
     const Setting setting(state);
+    field.key = field.shape_key = "map";
     Scene scene = bench_scene(setting);
-    scene.field = field;
-    scene.material.offset = offset;
+    scene.field = test::shared(std::move(field));
+    scene.material.offset = way.offset;
     const Executor executor(setting.threads);
-    Image d;
-    for (auto _ : state)
-        d = render(scene, {.layer = Layer::illumination}, {.executor = executor, .simd = simd})
-                .pixels;
-    count_errors(state, field, light_at(setting.elevation_deg), offset, d);
+    SharedCache cache(way.is_cold ? 0 : std::uint64_t(1) << 32);
+    const Output output{.layer = Layer::illumination};
+    const RenderControl control{.executor = executor, .simd = way.simd, .cache = &cache};
+    Image d = render(scene, output, control).pixels;
+    for (auto _ : state) d = render(scene, output, control).pixels;
+    count_errors(state, *scene.field, light_at(setting.elevation_deg), way.offset, d);
 }
 
-void relit_illumination(benchmark::State& state) {
-    run_illumination(state, terrain(Setting(state).size), Offset::normal, best_simd());
+const HeightField& terrain_of(const benchmark::State& state) {
+    return terrain(Setting(state).size);
 }
 
-void relit_view_offset(benchmark::State& state) {
-    run_illumination(state, terrain(Setting(state).size), Offset::view, best_simd());
+void relit_illumination(benchmark::State& state) { run_illumination(state, terrain_of(state), {}); }
+
+void relit_normal_offset(benchmark::State& state) {
+    run_illumination(state, terrain_of(state), {.offset = Offset::normal});
+}
+
+void relit_cold(benchmark::State& state) {
+    run_illumination(state, terrain_of(state), {.is_cold = true});
 }
 
 void relit_rough(benchmark::State& state) {
-    run_illumination(state, rough(Setting(state).size), Offset::view, best_simd());
+    run_illumination(state, rough(Setting(state).size), {});
 }
 
 template <Simd simd>
@@ -169,7 +183,7 @@ void relit_with(benchmark::State& state) {
     const std::vector<Simd> available = available_simd();
     if (std::find(available.begin(), available.end(), simd) == available.end())
         return state.SkipWithError("this processor has no such instructions");
-    run_illumination(state, terrain(Setting(state).size), Offset::view, simd);
+    run_illumination(state, terrain_of(state), {.simd = simd});
 }
 
 void relit_picture(benchmark::State& state) {
@@ -192,9 +206,10 @@ BENCHMARK(bilinear_per_texel_stopped)->Apply(settings);
 BENCHMARK(exact_per_texel)->Apply(settings);
 BENCHMARK(relit_with<Simd::portable>)->Apply(settings);
 BENCHMARK(relit_with<Simd::avx2>)->Apply(settings);
-BENCHMARK(relit_view_offset)->Apply(settings);
-BENCHMARK(relit_rough)->Apply(settings);
 BENCHMARK(relit_illumination)->Apply(settings);
+BENCHMARK(relit_normal_offset)->Apply(settings);
+BENCHMARK(relit_cold)->Apply(settings);
+BENCHMARK(relit_rough)->Apply(settings);
 BENCHMARK(relit_picture)->Apply(settings);
 
 }  // namespace

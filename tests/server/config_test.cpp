@@ -157,5 +157,31 @@ TEST(RendersAtOnce, IsOneForEveryTwoThreadsUnlessSet) {
     EXPECT_THROW((void)renders_at_once(config, 2), std::runtime_error);
 }
 
+TEST(BatchSettings, AreReadAndRefusedWhereTheyCannotBe) {
+    const auto [result, out, err] =
+        read({"--batch-expiry=31536000", "--max-results=1GiB", "--batch-share=25"});
+    ASSERT_FALSE(result.exit_status) << err;
+    EXPECT_EQ(result.config.limits.batch_expiry, std::chrono::hours(24 * 365));
+    EXPECT_EQ(result.config.limits.max_result_bytes, 1ull << 30);
+    EXPECT_EQ(result.config.limits.batch_share, 25);
+    for (const char* flag : {"--batch-share=0", "--batch-share=101", "--max-batch-frames=0",
+                             "--max-results=0", "--batch-expiry=0", "--max-streams=-1"})
+        EXPECT_EQ(read({flag}).result.exit_status, 2) << flag;
+}
+
+TEST(BatchSettings, StreamsLeaveConnectionsAndFramesHaveThreads) {
+    Limits limits;
+    EXPECT_EQ(limits.streams_at_once(), 204) << "80 % of 256";
+    check_streams(limits);
+    limits.max_streams = 255;
+    check_streams(limits);
+    EXPECT_EQ(limits.streams_at_once(), 255);
+    limits.max_streams = 256;
+    EXPECT_THROW(check_streams(limits), std::runtime_error);
+    limits.max_batch_renders = 2;
+    check_batch_renders(limits, 2);
+    EXPECT_THROW(check_batch_renders(limits, 1), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace relit::server

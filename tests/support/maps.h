@@ -18,6 +18,18 @@ inline Image rendered(const Scene& scene, const Output& output = {}) {
     return render(scene, output, {executor()}).pixels;
 }
 
+/// A map as scenes hold it.
+inline std::shared_ptr<const HeightField> shared(HeightField field) {
+    return std::make_shared<const HeightField>(std::move(field));
+}
+
+/// A scene's map, to be changed: it gets one of its own.
+inline HeightField& own_field(Scene& scene) {
+    auto own = std::make_shared<HeightField>(*scene.field);
+    scene.field = own;
+    return *own;
+}
+
 /// h(i, j) for every texel.
 template <class Height>
 HeightField field_of(int width, int height, const Height& h) {

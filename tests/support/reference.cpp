@@ -15,14 +15,14 @@ constexpr double inf = std::numeric_limits<double>::infinity();
 // -------------------------------------------------------------------------------------------
 
 double texel_z(const Scene& s, int i, int j) {
-    i = std::clamp(i, 0, s.field.width() - 1);
-    j = std::clamp(j, 0, s.field.height() - 1);
-    return s.relief * s.field.heights.at(i, j);
+    i = std::clamp(i, 0, s.field->width() - 1);
+    j = std::clamp(j, 0, s.field->height() - 1);
+    return s.relief * s.field->heights.at(i, j);
 }
 
 bool material(const Scene& s, int i, int j) {
-    return i >= 0 && j >= 0 && i < s.field.width() && j < s.field.height() &&
-           (s.field.alpha.empty() || s.field.alpha.at(i, j) >= 0.5f);
+    return i >= 0 && j >= 0 && i < s.field->width() && j < s.field->height() &&
+           (s.field->alpha.empty() || s.field->alpha.at(i, j) >= 0.5f);
 }
 
 bool no_floor(const Scene& s) { return s.base.kind == Base::Kind::none; }
@@ -35,7 +35,7 @@ double floor_z(const Scene& s) {
 // How high the material reaches above (x, y): the surface on the map, the ground (or nothing)
 // elsewhere.
 double height_above(const Scene& s, double x, double y) {
-    const int W = s.field.width(), H = s.field.height();
+    const int W = s.field->width(), H = s.field->height();
     const double column = x * W - 0.5, row = H - 0.5 - y * W;
     const bool on_map = x >= 0 && x <= 1 && y >= 0 && y <= double(H) / W;
     const int nearest_i = std::clamp(int(std::floor(column + 0.5)), 0, W - 1);
@@ -73,7 +73,7 @@ double inside_length(const Scene& s, Vec3 p, Vec3 l, double distance, double ste
             in_ground_beyond = std::max(0.0, std::min(distance, -p.z / l.z) - end);
         end = std::min(end, leaves_top);
     }
-    const double step = step_texels / s.field.width();
+    const double step = step_texels / s.field->width();
     const int steps = std::max(1, int(std::ceil(end / step)));
     const auto excess = [&](double at) {
         return height_above(s, p.x + at * l.x, p.y + at * l.y) - (p.z + at * l.z);
@@ -122,7 +122,7 @@ double illumination(const Scene& s, Vec3 p, Vec3 l, double distance, double step
 // ---------------------------------------------------------------------------------------------
 
 Vec3 normal(const Scene& s, int i, int j, double scale) {
-    const double texel = 1.0 / s.field.width();
+    const double texel = 1.0 / s.field->width();
     const auto slope = [&](int i0, int j0, int i1, int j1) {  // from neighbour 0 to neighbour 1
         const bool m0 = material(s, i0, j0), m1 = material(s, i1, j1);
         const double z = texel_z(s, i, j);
@@ -146,7 +146,7 @@ double linear(const Colour& c, int channel) {
 }
 
 void add_samples(const Scene& s, const PointLight& light, std::vector<Sample>& out) {
-    const double y_size = double(s.field.height()) / s.field.width();
+    const double y_size = double(s.field->height()) / s.field->width();
     Sample q{{light.position.x, light.position.y * y_size, light.position.z}, false, 1, {}};
     for (int c = 0; c < 3; ++c) q.colour[c] = light.intensity * linear(light.colour, c);
     out.push_back(q);
@@ -191,7 +191,7 @@ void add_samples(const Scene& s, const EnvironmentLight& light, std::vector<Samp
         for (double& c : q.colour) c *= intensity;
         if (light.radius) {
             q.infinite = false;
-            q.at = Vec3{0.5, 0.5 * s.field.height() / s.field.width(), 0} + *light.radius * q.at;
+            q.at = Vec3{0.5, 0.5 * s.field->height() / s.field->width(), 0} + *light.radius * q.at;
         }
         out.push_back(q);
     }
@@ -207,7 +207,7 @@ double ramp(double c, Falloff f) { return std::clamp((c - f.lo) / (f.hi - f.lo),
 Result shade(const Scene& scene, int i, int j, double step) {
     const Material& m = scene.material;
     const Vec3 n = normal(scene, i, j, 1), gloss_n = normal(scene, i, j, scene.normal_scale);
-    const double W = scene.field.width(), H = scene.field.height();
+    const double W = scene.field->width(), H = scene.field->height();
     const Vec3 p{(i + 0.5) / W, (H - 0.5 - j) / W, texel_z(scene, i, j)};
     const Vec3 from = p - m.depth * (m.offset == Offset::normal ? n : Vec3{0, 0, 1});
     const Vec3 R{2 * gloss_n.z * gloss_n.x, 2 * gloss_n.z * gloss_n.y,
@@ -228,7 +228,7 @@ Result shade(const Scene& scene, int i, int j, double step) {
             const double f = ramp(-l.z, m.scatter.falloff);
             for (int c = 0; c < 3; ++c) {
                 const double albedo =
-                    scene.field.albedo.empty() ? 1 : scene.field.albedo.at(i, j, c);
+                    scene.field->albedo.empty() ? 1 : scene.field->albedo.at(i, j, c);
                 const double diffuse =
                     (1 - ks) * ((1 - kf) + kf * f) * d * linear(m.diffuse_colour, c) * albedo;
                 const double glossy =

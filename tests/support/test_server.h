@@ -30,16 +30,16 @@ struct TestServices {
     server::RenderSlots renders{{.max_running = 1, .max_waiting = limits.max_queue}};
     server::RenderSlots decodes{{.max_running = 1, .max_waiting = limits.max_queue}};
     Executor executor{1};
-    server::SharedCache decoded{limits.max_cache_bytes};
+    SharedCache cache{limits.max_cache_bytes};
     server::Metrics metrics;
     server::Batches batches{folder.path() / "data" / "batches",
                             {.images = images,
-                             .decoded = decoded,
+                             .cache = cache,
                              .renders = renders,
                              .metrics = metrics,
                              .limits = limits}};  // at rest until a test starts them
-    server::Services services{images,  renders, batches, decodes, executor,
-                              decoded, metrics, limits,  {},      folder.path() / "data"};
+    server::Services services{images, renders, batches, decodes, executor,
+                              cache,  metrics, limits,  {},      folder.path() / "data"};
 };
 
 class TestServer {

@@ -46,6 +46,20 @@ struct Scenery {
 /// Rays that a call takes at most.
 inline constexpr int max_rays = 256;
 
+/// Rays that start near the texels of one square of the map.
+struct Tile {
+    int column = 0,
+        row = 0;    ///< the grid point that starts count from: its texel at the upper left
+    int count = 0;  ///< of rays, <= max_rays; max_rays: row by row of a square
+    // Where they start: texels right of and below that grid point, z in scene units.
+    const float *right = nullptr, *down = nullptr, *z = nullptr;
+};
+inline constexpr int tile_side = 16;  ///< texels of a square of max_rays
+
+/// r of the rays of a tile to the light, into `r`; NaN where it is for March to say: for lights
+/// below all that is solid, and starts outside the map or below its floor.
+using TileMarch = void(const Scenery& scenery, const Tile& tile, float* r);
+
 /// r of `count` rays from `from` (x, y, z each) to the light, into `r`; NaN where the numbers are
 /// not such that floats can do it.
 using March = void(const Scenery& scenery, const double* from, int count, double* r);
@@ -53,5 +67,8 @@ using March = void(const Scenery& scenery, const double* from, int count, double
 March march_portable;
 March march_avx2;
 March march_avx512;
+TileMarch march_tile_portable;
+TileMarch march_tile_avx2;
+TileMarch march_tile_avx512;
 
 }  // namespace relit::kernels

@@ -1,11 +1,16 @@
 #include "core/visibility/kernels/wide_avx512.h"
 //
-#include "core/visibility/kernels/packet.h"
+#include "core/visibility/kernels/march_rays.h"
+#include "core/visibility/kernels/march_tile.h"
 
 namespace relit::kernels {
 
 void march_avx512(const Scenery& scenery, const double* from, int count, double* r) {
-    march(scenery, from, count, r);
+    march_list(scenery, from, count, r);
+}
+
+void march_tile_avx512(const Scenery& scenery, const Tile& tile, float* r) {
+    march_tile(scenery, tile, r);
 }
 
 }  // namespace relit::kernels

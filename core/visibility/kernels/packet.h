@@ -1,29 +1,33 @@
-// The packet march, written once over the wide types of wide_*.h; each march_*.cpp compiles it for
-// its instruction set. What it computes is the same to the last bit for any of them, and for any
-// company that a ray is marched in: a lane sees nothing of the others but which steps are worth
-// looking at, and steps that are skipped would have added nothing, or exactly a whole step.
+// A packet of rays on its way through the grid, written once over the wide types of wide_*.h. What is
+// computed is the same to the last bit for any of them, and for any company that a ray is marched
+// in: a lane sees nothing of the others but which steps are worth looking at, and steps that are
+// skipped would have added nothing, or exactly a whole step.
 //
 // The surface is read where a ray crosses the rows of the grid (Grid), by one interpolation along
-// the row. A step from row to row counts whole when both its ends lie inside, not at all when
-// neither does; what the way does in between is asked only where it begins, ends, or crosses the
-// surface, or a mask's edge, and then solved for exactly, as in inside_length.cpp.
+// the row. For march_rays.h and march_tile.h, which fill packets, and steps.h, which marches them.
 #pragma once
 
-#include "core/visibility/kernels/rays.h"
+#include "core/visibility/kernels/march.h"
 
 namespace relit::kernels {
 namespace {
 
-// ---- Marching a packet ------------------------------------------------------------------------
-
-// `lanes` rays of one kind, near each other; see Rays.
+// `lanes` rays that cross the rows of a grid the same way, near each other. Row 0 of a ray is the last
+// one at or before its beginning; the position there is extrapolated. Step n goes from its row n to
+// its row n + 1.
 struct Packet {
-    Floats column, x, begin, z, slide, rise, last, end;
-    Ints whole_column;
-    Floats lag;  // rows from the packet's first row to the ray's row 0
+    int sign;            // 1: down the rows, -1: up
+    Ints row;            // of the grid: the ray's row 0
+    Ints column;         // of the grid: what x counts from
+    Floats x;            // at row 0
+    Floats begin;        // where in step 0 the way begins, [0, 1]
+    Floats z;            // height there: a steep ray's height at row 0 would be lost in rounding
+    Floats slide, rise;  // of x and z per step
+    Floats last;         // step in which the way ends; -1 where nothing is to be marched
+    Floats end;          // there, counted from its row; from the beginning where last is 0
+    Floats lag;          // steps from the packet's first row to row 0
     // Steps that are no parts: [first_whole, last_whole].
     Floats first_whole, last_whole;
-    Floats inverse_slide;
 
     RELIT_INLINE Floats x_at(Floats n) const { return x + n * slide; }
     RELIT_INLINE Floats z_at(Floats n) const { return z + (n - begin) * rise; }
@@ -48,12 +52,23 @@ RELIT_INLINE Floats positive_part(Floats a, Floats b, Floats c, Floats begin, Fl
     return select(zero < discriminant, crossed, uncrossed);
 }
 
-// Step n of every lane, solved for exactly: the part of it that lies inside, in steps. Lanes that
+// Heights at the corners of the cell that a ray crosses between two rows: z10 is the next column's, z01
+// the next row's.
+struct Cell {
+    Floats column, z00, z10, z01, z11;
+};
+
+// A step of each lane, with the cells that its way begins and ends in.
+struct Step {
+    Floats n;
+    Cell first, last;
+};
+
+// A step of every lane, solved for exactly: the part of it that lies inside, in steps. Lanes that
 // are not wanted give any number.
-// @param upper, lower  the rows where the step begins and ends; places in them count from `base`
-template <bool masked, class Row>
-RELIT_INLINE Floats part_inside(const Packet& p, Floats n, Mask wanted, Row upper, Row lower,
-                                Ints base, int rightmost) {
+template <bool masked>
+RELIT_INLINE Floats part_inside(const Packet& p, const Step& step, Mask wanted) {
+    const Floats n = step.n;
     const Floats zero = broadcast(0.0f), one = broadcast(1.0f), half = broadcast(0.5f);
     // t is counted from where the way begins in the step.
     const Floats origin = select(n == zero, p.begin, zero);
@@ -61,20 +76,24 @@ RELIT_INLINE Floats part_inside(const Packet& p, Floats n, Mask wanted, Row uppe
     const Floats z = p.z_at(n + origin);
     const Floats end = select(n == p.last, p.end, one - origin);
     const Floats x_end = x + end * p.slide;
+    const Floats inverse_slide = one / p.slide;
 
     const auto crossing = [&](Floats from, Floats to, Floats shift) {
         const Floats a = floor(from + shift), b = floor(to + shift);
         const Floats line = max(a, b) - shift;
-        const Floats t = min(max((line - x) * p.inverse_slide, zero), end);
+        const Floats t = min(max((line - x) * inverse_slide, zero), end);
         return select(a == b, end, t);
     };
     const auto piece = [&](Floats from, Floats to) {
         const Floats middle = half * (from + to);
         const Floats x_middle = x + middle * p.slide;
         const Floats column = floor(x_middle);
-        const Ints at = upper.place(to_ints(column) + base, rightmost);
-        const Ints beside = at + broadcast(1);
-        const Floats z00 = upper(at), z10 = upper(beside), z01 = lower(at), z11 = lower(beside);
+        const Mask in_first = column == step.first.column;
+        const auto corner = [&](Floats Cell::*height) {
+            return select(in_first, step.first.*height, step.last.*height);
+        };
+        const Floats z00 = corner(&Cell::z00), z10 = corner(&Cell::z10);
+        const Floats z01 = corner(&Cell::z01), z11 = corner(&Cell::z11);
         const Floats across = z10 - z00, twist = (z11 - z01) - across;
         const Floats a0 = x - column;
         const Floats down = (z01 - z00) + a0 * twist;
@@ -98,8 +117,38 @@ RELIT_INLINE Floats part_inside(const Packet& p, Floats n, Mask wanted, Row uppe
     return ((piece(zero, cut1) + piece(cut1, cut2)) + piece(cut2, cut3)) + piece(cut3, end);
 }
 
-// So many steps of each ray are looked at more closely: here a short way in or out changes d most.
-constexpr float careful_steps = 16;
+// At most one step of each lane that is still to be solved: solving costs as much for one lane as
+// for all, so it waits until a lane has a second one.
+struct OpenSteps {
+    Mask any = ~all_lanes;
+    Step step = {};
+
+    // @param first, last  columns where the step begins and ends, and their places in the rows
+    template <class Row>
+    RELIT_INLINE void add(Mask more, Floats n, Floats first, Ints at_first, Floats last,
+                          Ints at_last, const Row& upper, const Row& lower) {
+        const auto keep = [&](Floats& kept, Floats a) { kept = select(more, a, kept); };
+        const auto keep_cell = [&](Cell& cell, Floats column, Ints at) {
+            const Ints beside = at + broadcast(1);
+            keep(cell.column, column);
+            keep(cell.z00, upper(at));
+            keep(cell.z10, upper(beside));
+            keep(cell.z01, lower(at));
+            keep(cell.z11, lower(beside));
+        };
+        keep(step.n, n);
+        keep_cell(step.first, first, at_first);
+        keep_cell(step.last, last, at_last);
+        any = any | more;
+    }
+    // Adds what lies inside to `parts`, and forgets them.
+    template <bool masked>
+    RELIT_INLINE void solve(const Packet& p, Floats& parts) {
+        if (!kernels::any(any)) return;
+        parts = select(any, parts + part_inside<masked>(p, step, any), parts);
+        any = ~all_lanes;
+    }
+};
 
 constexpr int near_rows = 8, far_rows = 32;
 constexpr int near_columns = 32, far_columns = 64;
@@ -121,7 +170,7 @@ RELIT_INLINE Stretch stretch(const Packet& p, const Grid& grid, int row, int don
     const Floats from = max(s.n, zero);
     const Floats to = min(s.n + broadcast(float(steps)), p.last + broadcast(1.0f));
     s.relevant = from < to;
-    const Floats at = p.column + p.x;
+    const Floats at = to_floats(p.column) + p.x;
     const Floats a = at + from * p.slide, b = at + to * p.slide;
     // These sums are rough for wide maps; a little more room makes up for that.
     const float leftmost = lowest(select(s.relevant, min(a, b), broadcast(1e9f))) - 0.01f;
@@ -160,223 +209,6 @@ RELIT_INLINE bool passes(const Packet& p, const Stretch& s, Bounds bounds, Float
     if (!all(~s.relevant | above | inside)) return false;
     whole = select(inside & s.relevant, whole + steps, whole);
     return true;
-}
-
-template <bool masked, class Row>
-RELIT_INLINE void march_rows(const Packet& p, const Grid& grid, const Stretch& s, int sign,
-                             Floats& whole, Floats& parts) {
-    const Floats zero = broadcast(0.0f), one = broadcast(1.0f);
-    const long pitch = long(sign) * grid.pitch;
-    const float* first = grid.z + long(s.row) * grid.pitch + s.left;
-    const Ints base = p.whole_column - broadcast(s.left);
-    const int rightmost = s.right - s.left;
-    const Floats quarter_slide = broadcast(0.25f) * p.slide;
-    // No lane begins or ends here.
-    const bool is_inner =
-        all(~s.relevant |
-            ((p.first_whole <= s.n) & (s.n + broadcast(float(s.steps - 1)) <= p.last_whole)));
-    const bool careful = any(s.relevant & (s.n < broadcast(careful_steps)));
-
-    Floats excess[near_rows + 1], across[near_rows + 1], columns[near_rows + 1];
-    Ints place[near_rows + 1];
-    Mask solid[near_rows + 1], material[near_rows + 1];
-    for (int k = 0; k <= s.steps; ++k) {
-        const Floats n = s.n + broadcast(float(k));
-        const Floats x = p.x_at(n);
-        const Floats column = floor(x);
-        const Row row(first + k * pitch);
-        const Ints at = row.place(to_ints(column) + base, rightmost);
-        place[k] = at;
-        const Floats z0 = row(at), z1 = row(at + broadcast(1));
-        columns[k] = column;
-        across[k] = z1 - z0;
-        excess[k] = (z0 + (x - column) * across[k]) - p.z_at(n);
-        if constexpr (masked) {
-            solid[k] = lowest_bit(z0) & lowest_bit(z1);
-            material[k] = lowest_bit(z0) | lowest_bit(z1);
-        }
-    }
-    for (int k = 0; k < s.steps; ++k) {
-        const Floats n = s.n + broadcast(float(k));
-        Mask active = s.relevant, is_part = ~all_lanes;
-        if (!is_inner) {
-            active = (zero <= n) & (n <= p.last);
-            is_part = (n < p.first_whole) | (p.last_whole < n);
-        }
-        // Within a cell the surface leaves the straight line by a parabola, where a column is
-        // crossed by a kink; both reach this far.
-        const Floats bulge = quarter_slide * (across[k] - across[k + 1]);
-        Floats low = min(excess[k], excess[k + 1]) + min(bulge, zero);
-        Floats high = max(excess[k], excess[k + 1]) + max(bulge, zero);
-        if (careful) {
-            // The parabolas on both sides of a kink.
-            const Row upper(first + k * pitch), lower(first + (k + 1) * pitch);
-            const auto slope = [&](const Row& row, Ints at) {
-                return row(at + broadcast(1)) - row(at);
-            };
-            const Floats twist = magnitude(slope(lower, place[k]) - across[k]) +
-                                 magnitude(slope(upper, place[k + 1]) - across[k + 1]);
-            const Mask counts = (n < broadcast(careful_steps)) & ~(columns[k] == columns[k + 1]);
-            const Floats more = select(counts, magnitude(quarter_slide) * twist, zero);
-            low = low - more;
-            high = high + more;
-        }
-        const Mask touches_inside = zero < high;
-        Mask is_whole = zero < low;
-        Mask unclear = (touches_inside & ~is_whole) | is_part;
-        if constexpr (masked) {
-            const Mask all_solid = solid[k] & solid[k + 1];
-            const Mask some_solid = material[k] | material[k + 1];
-            unclear = (touches_inside & some_solid & ~(is_whole & all_solid)) | is_part;
-            is_whole = is_whole & all_solid;
-        }
-        whole = select(active & is_whole & ~is_part, whole + one, whole);
-        unclear = unclear & active;
-        if (any(unclear)) {
-            const Row upper(first + k * pitch), lower(first + (k + 1) * pitch);
-            parts = select(
-                unclear, parts + part_inside<masked>(p, n, unclear, upper, lower, base, rightmost),
-                parts);
-        }
-    }
-}
-
-// Steps of each lane that lie inside.
-template <bool masked>
-Floats march_packet(const Packet& p, const Grid& grid, int first_row, int sign, int steps) {
-    Floats whole = broadcast(0.0f), parts = whole;
-    bool is_clear = false;  // of the surface, as far as the last rows tell
-    for (int done = 0; done < steps;) {
-        const int row = first_row + sign * done;
-        const int cell_row = sign > 0 ? row : row - 1;
-        const int left_over = steps - done;
-        const auto to_edge = [&](int size) {
-            const int inner = cell_row & (size - 1);
-            const int edge = sign > 0 ? size - inner : inner + 1;
-            return edge < left_over ? edge : left_over;
-        };
-        const int far = to_edge(far_rows), near = to_edge(near_rows);
-        if (is_clear && far > near) {
-            const Stretch s = stretch(p, grid, row, done, far);
-            const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
-            if (passes(p, s, bounds_of(table, s.left, s.right, far_columns), whole)) {
-                done += far;
-                continue;
-            }
-        }
-        const Stretch s = stretch(p, grid, row, done, near);
-        const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
-        is_clear = passes(p, s, bounds_of(table, s.left, s.right, near_columns), whole);
-        if (!is_clear) {
-            if (s.right - s.left + 2 <= window_size)
-                march_rows<masked, Window>(p, grid, s, sign, whole, parts);
-            else march_rows<masked, Gather>(p, grid, s, sign, whole, parts);
-        }
-        done += near;
-    }
-    return whole + parts;
-}
-
-// ---- Packets of rays --------------------------------------------------------------------------
-
-// Sorts rays by kind and then by the row that they start in, so that neighbours cross the same rows
-// at the same time. order[starts[k]] is the first of kind k.
-RELIT_INLINE void sort(const Scenery& s, const double* from, int count, int* order,
-                       int (&starts)[kinds + 1]) {
-    constexpr int buckets = 64;  // rows, with those below and above in the outer ones
-    int place[kinds * buckets + 1] = {};
-    int bucket[max_rays];
-    const double middle_u = from[0] * s.width, middle_v = s.height - from[1] * s.width;
-    for (int i = 0; i < count; ++i) {
-        const double x = from[3 * i], y = from[3 * i + 1];
-        const double way_x = s.at_infinity ? s.light[0] : s.light[0] - x;
-        const double way_y = s.at_infinity ? s.light[1] : s.light[1] - y;
-        const bool by_columns = __builtin_fabs(way_x) > __builtin_fabs(way_y);
-        const bool backwards = by_columns ? way_x < 0 : way_y > 0;
-        const double row =
-            by_columns ? x * s.width - middle_u : (s.height - y * s.width) - middle_v;
-        const double shifted = row + buckets / 2;
-        const int b = shifted > 0 ? shifted < buckets ? int(shifted) : buckets - 1 : 0;
-        bucket[i] = ((by_columns ? 2 : 0) + (backwards ? 1 : 0)) * buckets + b;
-    }
-    for (int i = 0; i < count; ++i) ++place[bucket[i] + 1];
-    for (int b = 0; b < kinds * buckets; ++b) place[b + 1] += place[b];
-    for (int kind = 0; kind <= kinds; ++kind) starts[kind] = place[kind * buckets];
-    for (int i = 0; i < count; ++i) order[place[bucket[i]]++] = i;
-}
-
-// r of the rays `order`, `lanes` of them, all of one kind.
-template <bool masked>
-RELIT_INLINE void march_lanes(const Scenery& scenery, int kind, const double* from,
-                              const int* order, double* r) {
-    constexpr int batches = 2;
-    const bool by_columns = kind == columns_down || kind == columns_up;
-    const bool backwards = kind == rows_up || kind == columns_up;
-    Rays rays[batches];
-    for (int b = 0; b < batches; ++b) {
-        const auto coordinate = [&](int c) { return gather(from + c, order + b * batch); };
-        rays[b] =
-            prepared(scenery, by_columns, backwards, coordinate(0), coordinate(1), coordinate(2));
-    }
-    const auto floats = [&](Doubles Rays::*field) {
-        Doubles values[batches];
-        for (int b = 0; b < batches; ++b) values[b] = rays[b].*field;
-        return to_floats(values);
-    };
-    const Floats zero = broadcast(0.0f), one = broadcast(1.0f);
-    Packet p;
-    p.last = floats(&Rays::last);
-    const int sign = backwards ? -1 : 1;
-    const Mask idle = p.last < zero;
-    const Floats row = select(idle, broadcast(1e9f), broadcast(float(sign)) * floats(&Rays::row));
-    const float first_row = lowest(row);
-    Floats inside = zero;
-    if (first_row < 1e9f) {
-        p.lag = select(idle, zero, row - broadcast(first_row));
-        p.column = floats(&Rays::column);
-        p.whole_column = to_ints(p.column);
-        p.x = floats(&Rays::x);
-        p.begin = floats(&Rays::begin);
-        p.z = floats(&Rays::z);
-        p.slide = floats(&Rays::slide);
-        p.inverse_slide = one / p.slide;
-        p.rise = floats(&Rays::rise);
-        p.end = floats(&Rays::end);
-        p.first_whole = select(zero < p.begin, one, zero);
-        const Floats whole_end = select(p.last == zero, one - p.begin, one);
-        p.last_whole = select(p.end < whole_end, p.last - one, p.last);
-        const int steps = int(highest(p.lag + p.last)) + 1;
-        inside = march_packet<masked>(p, by_columns ? scenery.by_columns : scenery.by_rows,
-                                      sign * int(first_row), sign, steps);
-    }
-    alignas(64) double found[lanes];
-    for (int b = 0; b < batches; ++b)
-        store(found + b * batch, rays[b].elsewhere + rays[b].step_length * to_doubles(inside, b));
-    for (int k = 0; k < lanes; ++k) r[order[k]] = found[k];
-}
-
-template <bool masked>
-RELIT_INLINE void march_all(const Scenery& scenery, const double* from, int count, double* r) {
-    int order[max_rays], starts[kinds + 1];
-    sort(scenery, from, count, order, starts);
-    for (int kind = 0; kind < kinds; ++kind)
-        for (int k = starts[kind]; k < starts[kind + 1]; k += lanes) {
-            // The last packet is filled up with its last ray.
-            int filled[lanes];
-            const int* some = order + k;
-            const int left_over = starts[kind + 1] - k;
-            if (left_over < lanes) {
-                for (int lane = 0; lane < lanes; ++lane)
-                    filled[lane] = some[lane < left_over ? lane : left_over - 1];
-                some = filled;
-            }
-            march_lanes<masked>(scenery, kind, from, some, r);
-        }
-}
-
-void march(const Scenery& scenery, const double* from, int count, double* r) {
-    if (scenery.masked) march_all<true>(scenery, from, count, r);
-    else march_all<false>(scenery, from, count, r);
 }
 
 }  // namespace

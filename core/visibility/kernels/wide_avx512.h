@@ -61,6 +61,7 @@ RELIT_INLINE Floats square_root(Floats a) { return {_mm512_sqrt_ps(a.v)}; }
 RELIT_INLINE Floats floor(Floats a) {
     return {_mm512_roundscale_ps(a.v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC)};
 }
+RELIT_INLINE Floats ceil(Floats a) { return broadcast(0.0f) - floor(broadcast(0.0f) - a); }
 RELIT_INLINE Floats with_sign_of(Floats a, Floats sign) {
     return {_mm512_castsi512_ps(_mm512_ternarylogic_epi32(_mm512_set1_epi32(int(0x80000000)),
                                                           _mm512_castps_si512(sign.v),
@@ -94,6 +95,10 @@ RELIT_INLINE Mask lowest_bit(Floats a) {
 RELIT_INLINE float lowest(Floats a) { return _mm512_reduce_min_ps(a.v); }
 RELIT_INLINE float highest(Floats a) { return _mm512_reduce_max_ps(a.v); }
 
+RELIT_INLINE Floats gather(const float* from, Ints at) {
+    return {_mm512_i32gather_ps(at.v, from, 4)};
+}
+
 // Numbers of a row at any of `window_size` places, from two registers.
 constexpr int window_size = 32;
 struct Window {
@@ -109,7 +114,7 @@ struct Gather {
     RELIT_INLINE explicit Gather(const float* p) : row(p) {}
     // Lanes that have nothing to do may stand anywhere: not even they may read beyond the row.
     RELIT_INLINE static Ints place(Ints at, int rightmost) { return clamped(at, 0, rightmost); }
-    RELIT_INLINE Floats operator()(Ints at) const { return {_mm512_i32gather_ps(at.v, row, 4)}; }
+    RELIT_INLINE Floats operator()(Ints at) const { return gather(row, at); }
 };
 
 }  // namespace

@@ -137,6 +137,7 @@ RELIT_INLINE Floats floor(Floats a) {
     return {cut.v > a.v ? cut.v - 1.0f : cut.v};
 #endif
 }
+RELIT_INLINE Floats ceil(Floats a) { return broadcast(0.0f) - floor(broadcast(0.0f) - a); }
 RELIT_INLINE Floats with_sign_of(Floats a, Floats sign) {
     const IntVector top_bit = IntVector{} + int(0x80000000);
     return {(FloatVector)(((IntVector)a.v & ~top_bit) | ((IntVector)sign.v & top_bit))};
@@ -154,21 +155,24 @@ RELIT_INLINE float highest(Floats a) {
     return most;
 }
 
+// from[at].
+RELIT_INLINE Floats gather(const float* from, Ints at) {
+#ifdef __AVX2__
+    return {(FloatVector)_mm256_i32gather_ps(from, (__m256i)at.v, 4)};
+#else
+    Floats out;
+    for (int k = 0; k < lanes; ++k) out.v[k] = from[at.v[k]];
+    return out;
+#endif
+}
+
 // Numbers of a row at any places.
 struct Gather {
     const float* row;
     RELIT_INLINE explicit Gather(const float* p) : row(p) {}
     // Lanes that have nothing to do may stand anywhere: not even they may read beyond the row.
     RELIT_INLINE static Ints place(Ints at, int rightmost) { return clamped(at, 0, rightmost); }
-    RELIT_INLINE Floats operator()(Ints at) const {
-#ifdef __AVX2__
-        return {(FloatVector)_mm256_i32gather_ps(row, (__m256i)at.v, 4)};
-#else
-        Floats out;
-        for (int k = 0; k < lanes; ++k) out.v[k] = row[at.v[k]];
-        return out;
-#endif
-    }
+    RELIT_INLINE Floats operator()(Ints at) const { return gather(row, at); }
 };
 
 #ifdef __AVX2__

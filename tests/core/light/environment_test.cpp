@@ -88,7 +88,7 @@ TEST(Environment, GatheringKeepsASunWhereItIs) {
 // 1/4, and `auto` with 0.4.
 TEST(Environment, UniformWhiteLightsAnOpenPlaneWithAQuarter) {
     Scene scene;
-    scene.field = field_of(9, 9, [](int, int) { return 0; });
+    scene.field = shared(field_of(9, 9, [](int, int) { return 0; }));
     EnvironmentLight sky;
     sky.map = uniform_map(32, 16, 1);
     sky.intensity = 1;
@@ -117,7 +117,7 @@ TEST(Environment, ColoursFromTheRightLightTheRightFlank) {
     Scene scene;
     scene.lights = {sky};
     const auto lit = [&](double slope) {
-        scene.field = tilted_plane(9, 9, 1, slope, 0);
+        scene.field = shared(tilted_plane(9, 9, 1, slope, 0));
         return rendered(scene, {.region = Rect{4, 4, 1, 1}, .transfer = Transfer::none}).at(0, 0);
     };
     EXPECT_GT(lit(-0.4), 1.2 * lit(0.4));  // falls towards +x: faces the right

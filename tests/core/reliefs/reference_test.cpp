@@ -93,7 +93,7 @@ const SceneCase scene_cases[] = {
      [](Scene& s) {
          s.material.base_colour = hex_colour(18, 10, 5);
          s.material.diffuse_colour = {{0.3, 0.7, 0.9}, false};
-         s.field.albedo = Image(s.field.width(), s.field.height(), 3, 0.25f);
+         own_field(s).albedo = Image(s.field->width(), s.field->height(), 3, 0.25f);
      }},
 };
 
@@ -127,11 +127,11 @@ double encoded(double linear) {
 // Rendered as regions of one row, spread over the map; every third texel of them is held against
 // the reference.
 void compare_row(const Scene& scene, int j, Errors& errors) {
-    const Rect row{0, j, scene.field.width(), 1};
+    const Rect row{0, j, scene.field->width(), 1};
     const Image d = rendered(scene, {.layer = Layer::illumination, .region = row});
     const Image beauty = rendered(scene, {.region = row});
     for (int i = j % 3; i < row.width; i += 3) {
-        if (!scene.field.is_solid(i, j)) continue;
+        if (!scene.field->is_solid(i, j)) continue;
         const reference::Result expected = reference::shade(scene, i, j);
         errors.d.push_back(std::abs(d.at(i, 0) - expected.illumination));
         for (int c = 0; c < 3; ++c) {
@@ -146,11 +146,11 @@ TEST_P(AgainstReference, IlluminationAndColourAgree) {
     const auto [file, scene_case] = GetParam();
     RELIT_SKIP_WITHOUT_DATA(file->heights);
     Scene scene;
-    scene.field = load_relief(*file);
+    scene.field = shared(load_relief(*file));
     scene_case->change(scene);
     Errors errors;
     for (int k = 0; k < 10; ++k)
-        compare_row(scene, (2 * k + 1) * scene.field.height() / 20, errors);
+        compare_row(scene, (2 * k + 1) * scene.field->height() / 20, errors);
     ASSERT_GT(errors.d.size(), 200u);
     RecordProperty("mean_d", std::to_string(errors.mean_d()));
     RecordProperty("d_of_99_percent", std::to_string(errors.quantile_d(0.99)));

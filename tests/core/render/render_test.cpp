@@ -17,7 +17,7 @@ constexpr float inf = std::numeric_limits<float>::infinity();
 
 Scene hilly_scene(int width = 48, int height = 36) {
     Scene scene;
-    scene.field = hills(width, height);
+    scene.field = shared(hills(width, height));
     scene.material.specular = {0.2, {0.6, 1}, true};
     return scene;
 }
@@ -59,7 +59,7 @@ TEST(Render, GivesTheSameNumbersForAnyNumberOfThreads) {
 
 TEST(Render, GivesTheSameNumbersOnEveryInstructionSet) {
     Scene scene = hilly_scene(75, 52);
-    mask_disc(scene.field);
+    mask_disc(own_field(scene));
     const Image expected = rendered(scene);
     for (const Simd simd : available_simd())
         EXPECT_EQ(render(scene, {}, {.executor = executor(), .simd = simd}).pixels.values,
@@ -97,9 +97,9 @@ TEST(Render, IsTheSameWhenMapAndLightAreMirrored) {
     Scene scene = hilly_scene();
     const Image picture = rendered(scene);
     Scene mirrored = scene;
+    HeightField& field = own_field(mirrored);
     for (int j = 0; j < 36; ++j)
-        for (int i = 0; i < 48; ++i)
-            mirrored.field.heights.at(i, j) = scene.field.heights.at(47 - i, j);
+        for (int i = 0; i < 48; ++i) field.heights.at(i, j) = scene.field->heights.at(47 - i, j);
     std::get<PointLight>(mirrored.lights[0]).position.x =
         1 - std::get<PointLight>(scene.lights[0]).position.x;
     const Image other = rendered(mirrored);
@@ -109,16 +109,17 @@ TEST(Render, IsTheSameWhenMapAndLightAreMirrored) {
 
 TEST(Render, IsTheSameWhenASquareMapAndTheLightAreTurnedByAQuarter) {
     Scene scene = hilly_scene(40, 40);
-    mask_disc(scene.field);
+    mask_disc(own_field(scene));
     DirectionalLight sun;
     sun.elevation_deg = 15;
     sun.azimuth_deg = 300;
     scene.lights = {sun};
     Scene turned = scene;  // clockwise: (i, j) goes to (39 - j, i)
+    HeightField& field = own_field(turned);
     for (int j = 0; j < 40; ++j)
         for (int i = 0; i < 40; ++i) {
-            turned.field.heights.at(39 - j, i) = scene.field.heights.at(i, j);
-            turned.field.alpha.at(39 - j, i) = scene.field.alpha.at(i, j);
+            field.heights.at(39 - j, i) = scene.field->heights.at(i, j);
+            field.alpha.at(39 - j, i) = scene.field->alpha.at(i, j);
         }
     sun.azimuth_deg += 90;
     turned.lights = {sun};
@@ -128,14 +129,14 @@ TEST(Render, IsTheSameWhenASquareMapAndTheLightAreTurnedByAQuarter) {
     const Image other = rendered(turned);
     for (int j = 0; j < 40; ++j)
         for (int i = 0; i < 40; ++i)
-            if (scene.field.is_solid(i, j)) {
+            if (scene.field->is_solid(i, j)) {
                 ASSERT_NEAR(other.at(39 - j, i, 1), picture.at(i, j, 1), 1e-5) << i << ", " << j;
             }
 }
 
 TEST(Render, GivesAPlaneTheCosineAsItsIlluminationLayer) {
     Scene scene;
-    scene.field = tilted_plane(32, 32, 0.5, 0.2, 0);
+    scene.field = shared(tilted_plane(32, 32, 0.5, 0.2, 0));
     scene.relief = 0.5;
     DirectionalLight sun;
     sun.direction = Vec3{0, 0, 3};
@@ -163,12 +164,12 @@ TEST(Render, SumsItsLights) {
 
 TEST(Render, TakesFringeColourFromTheNearestMaterialAndNoneWithoutAlpha) {
     Scene scene;
-    scene.field = hills(16, 16);
-    scene.field.alpha = Image(16, 16, 1, 0);
+    scene.field = shared(hills(16, 16));
+    own_field(scene).alpha = Image(16, 16, 1, 0);
     for (int j = 0; j < 16; ++j) {
-        for (int i = 0; i < 8; ++i) scene.field.alpha.at(i, j) = 1;
-        scene.field.alpha.at(8, j) = 0.3f;
-        scene.field.alpha.at(9, j) = 0.1f;
+        for (int i = 0; i < 8; ++i) own_field(scene).alpha.at(i, j) = 1;
+        own_field(scene).alpha.at(8, j) = 0.3f;
+        own_field(scene).alpha.at(9, j) = 0.1f;
     }
     const Image picture = rendered(scene);
     ASSERT_EQ(picture.channels, 4);
@@ -183,8 +184,8 @@ TEST(Render, TakesFringeColourFromTheNearestMaterialAndNoneWithoutAlpha) {
 
 TEST(Render, OfAWhollyMaskedMapIsEmptyNotAnError) {
     Scene scene;
-    scene.field = hills(8, 8);
-    scene.field.alpha = Image(8, 8, 1, 0.2f);
+    scene.field = shared(hills(8, 8));
+    own_field(scene).alpha = Image(8, 8, 1, 0.2f);
     const Image picture = rendered(scene);
     EXPECT_EQ(picture.at(3, 3, 0), 0);
     EXPECT_EQ(picture.at(3, 3, 3), 0.2f);
@@ -192,9 +193,9 @@ TEST(Render, OfAWhollyMaskedMapIsEmptyNotAnError) {
 
 TEST(Render, LaysABackgroundUnderThePictureInLinearLight) {
     Scene scene;
-    scene.field = hills(16, 16);
-    scene.field.alpha = Image(16, 16, 1, 0.5f);
-    for (int j = 0; j < 16; ++j) scene.field.alpha.at(0, j) = 0;
+    scene.field = shared(hills(16, 16));
+    own_field(scene).alpha = Image(16, 16, 1, 0.5f);
+    for (int j = 0; j < 16; ++j) own_field(scene).alpha.at(0, j) = 0;
     const Image picture = rendered(scene, {.background = hex_colour(255, 0, 128)});
     ASSERT_EQ(picture.channels, 3);
     EXPECT_NEAR(picture.at(0, 3, 2), 128 / 255.0,
@@ -206,8 +207,8 @@ TEST(Render, LaysABackgroundUnderThePictureInLinearLight) {
 
 TEST(Render, BackgroundColourStaysWhatItIsUnderAnyExposure) {
     Scene scene;
-    scene.field = hills(8, 8);
-    scene.field.alpha = Image(8, 8, 1, 0);
+    scene.field = shared(hills(8, 8));
+    own_field(scene).alpha = Image(8, 8, 1, 0);
     const Image picture = rendered(
         scene, {.exposure = 3, .tone = Tone::filmic, .background = hex_colour(10, 200, 30)});
     EXPECT_NEAR(picture.at(4, 4, 1), 200 / 255.0, 1e-6);
@@ -215,8 +216,8 @@ TEST(Render, BackgroundColourStaysWhatItIsUnderAnyExposure) {
 
 TEST(Render, ForAFloatFileIsLinearUncutAndAssociated) {
     Scene scene;
-    scene.field = field_of(8, 8, [](int, int) { return 0; });
-    scene.field.alpha = Image(8, 8, 1, 0.75f);
+    scene.field = shared(field_of(8, 8, [](int, int) { return 0; }));
+    own_field(scene).alpha = Image(8, 8, 1, 0.75f);
     DirectionalLight zenith;
     zenith.direction = Vec3{0, 0, 1};
     zenith.intensity = 6;
@@ -247,7 +248,7 @@ TEST(Render, ThicknessIsCutAtOneExceptInFloatFiles) {
 
 TEST(Render, NormalLayerHoldsTheScaledNormal) {
     Scene scene;
-    scene.field = tilted_plane(16, 16, 0.5, 0.2, 0);
+    scene.field = shared(tilted_plane(16, 16, 0.5, 0.2, 0));
     scene.relief = 0.5;
     scene.normal_scale = 3;
     const Image normal = rendered(scene, {.layer = Layer::normal});
@@ -303,7 +304,7 @@ TEST(Render, FilmicCurveRollsOffAndKeepsBlack) {
 
 TEST(Render, OfTheBrightestSceneThereMayBeHasNoNan) {
     Scene scene = hilly_scene(12, 9);
-    scene.field.albedo = Image(12, 9, 3, 3e38f);
+    own_field(scene).albedo = Image(12, 9, 3, 3e38f);
     scene.material.diffuse_colour = {{1e4, 1e4, 1e4}, false};
     EnvironmentLight sky;
     sky.map = std::make_shared<const Image>(8, 4, 3, 3e38f);
@@ -323,7 +324,7 @@ TEST(Render, OfTheBrightestSceneThereMayBeHasNoNan) {
 
 TEST(Render, ThicknessStaysEndlessBesideEndlessWhenScaled) {
     Scene scene;
-    scene.field = field_of(6, 6, [](int i, int) { return i < 3 ? 0 : 1; });
+    scene.field = shared(field_of(6, 6, [](int i, int) { return i < 3 ? 0 : 1; }));
     DirectionalLight level;
     level.azimuth_deg = 90;
     level.elevation_deg = 0;
@@ -336,7 +337,7 @@ TEST(Render, ThicknessStaysEndlessBesideEndlessWhenScaled) {
 
 TEST(Render, UnderAnEnvironmentTurnedByWholeTurnsIsTheSame) {
     Scene scene;
-    scene.field = field_of(4, 4, [](int, int) { return 0.5; });
+    scene.field = shared(field_of(4, 4, [](int, int) { return 0.5; }));
     scene.material.offset = Offset::view;
     EnvironmentLight sky;
     sky.map = std::make_shared<const Image>(2, 1, 3, 1.0f);
@@ -353,7 +354,7 @@ TEST(Render, UnderAnEnvironmentTurnedByWholeTurnsIsTheSame) {
 
 TEST(Render, OfAMapOfOneTexelWorks) {
     Scene scene;
-    scene.field = field_of(1, 1, [](int, int) { return 0.5; });
+    scene.field = shared(field_of(1, 1, [](int, int) { return 0.5; }));
     const Image picture = rendered(scene, {.width = 5, .height = 3});
     EXPECT_EQ(picture.width, 5);
     EXPECT_GT(picture.at(2, 1, 0), 0.1f);
@@ -361,12 +362,39 @@ TEST(Render, OfAMapOfOneTexelWorks) {
 
 TEST(Render, WithALightAtTheStartOfItsRayHasNoNan) {
     Scene scene;
-    scene.field = field_of(4, 4, [](int, int) { return 0.5; });
+    scene.field = shared(field_of(4, 4, [](int, int) { return 0.5; }));
     PointLight inside;
     inside.position = {1.5 / 4, 2.5 / 4, 0.075 - 0.008};
     scene.lights = {inside};
     scene.material.specular.k = 0.5;
     for (const float v : rendered(scene).values) EXPECT_TRUE(std::isfinite(v));
+}
+
+// Whatever was rendered before, a picture is its own scene's.
+TEST(Render, WithACacheGivesTheSamePictures) {
+    SharedCache cache(1 << 20);
+    HeightField field = hills(40, 30);
+    mask_disc(field);
+    field.key = field.shape_key = "hills";
+    Scene scene;
+    scene.field = shared(std::move(field));
+    std::vector<Scene> scenes;
+    for (const double relief : {0.15, 0.3})
+        for (const double depth : {0.008, 0.03})
+            for (const Base base :
+                 {Base{}, Base{Base::Kind::automatic, 0}, Base{Base::Kind::level, 0.05},
+                  Base{Base::Kind::level, -0.05}}) {
+                scene.relief = relief;
+                scene.material.depth = depth;
+                scene.base = base;
+                scenes.push_back(scene);
+            }
+    for (const Scene& one : scenes)
+        for (const Output& output : {Output{}, Output{.accuracy = Accuracy::preview, .width = 20}})
+            EXPECT_EQ(render(one, output, {.executor = executor(), .cache = &cache}).pixels.values,
+                      rendered(one, output).values);
+    // Two maps; a solid for each relief and floor, a floor at -depth for each depth; nearest texels.
+    EXPECT_EQ(cache.misses(), 1 + 2 * (2 * (3 + 2) + 1));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -22,6 +23,53 @@ std::vector<double> packet_lengths(const Solid& solid, const RayTarget& target,
                                    const std::vector<Vec3>& from, Simd simd = best_simd()) {
     std::vector<double> r(from.size());
     PacketSolid(solid, executor(), simd).inside_lengths(target, from, r);
+    return r;
+}
+
+// The rays `from` that start near the texels of one square, as a tile.
+RayTile tile_of(const Solid& solid, int column, int row, const std::vector<Vec3>& from) {
+    RayTile tile;
+    tile.column = column;
+    tile.row = row;
+    for (const Vec3& p : from) {
+        tile.right[tile.count] = float(p.x * solid.width - 0.5 - column);
+        tile.down[tile.count] = float(solid.height - 0.5 - p.y * solid.width - row);
+        tile.z[tile.count++] = float(p.z);
+    }
+    return tile;
+}
+
+// Calls `visit` with each square of a map and the places of its texels in a list row by row; texels
+// beyond the map's end are those at it.
+template <class Visit>
+void for_each_square(const Solid& solid, const Visit& visit) {
+    constexpr int side = RayTile::side;
+    for (int row = 0; row < solid.height; row += side)
+        for (int column = 0; column < solid.width; column += side) {
+            std::vector<std::size_t> places;
+            for (int j = row; j < row + side; ++j)
+                for (int i = column; i < column + side; ++i)
+                    places.push_back(std::size_t(std::min(j, solid.height - 1)) * solid.width +
+                                     std::min(i, solid.width - 1));
+            visit(column, row, places);
+        }
+}
+
+std::vector<Vec3> picked(const std::vector<Vec3>& all, const std::vector<std::size_t>& places) {
+    std::vector<Vec3> some;
+    for (const std::size_t place : places) some.push_back(all[place]);
+    return some;
+}
+
+// r of every texel of a map, square by square.
+std::vector<float> tile_lengths(const PacketSolid& packets, const Solid& solid,
+                                const RayTarget& target, const std::vector<Vec3>& from) {
+    std::vector<float> r(from.size());
+    for_each_square(solid, [&](int column, int row, const std::vector<std::size_t>& places) {
+        std::array<float, RayTile::max_rays> found;
+        packets.inside_lengths(target, tile_of(solid, column, row, picked(from, places)), found);
+        for (std::size_t k = 0; k < places.size(); ++k) r[places[k]] = found[k];
+    });
     return r;
 }
 
@@ -46,10 +94,10 @@ struct Errors {
     }
 };
 
-// Adds the differences of d between packets and the scalar march.
+// Adds the differences of d between r and the scalar march.
+template <class Number>
 void compare(const Solid& solid, const RayTarget& target, const std::vector<Vec3>& from,
-             double depth, Simd simd, Errors& errors) {
-    const std::vector<double> r = packet_lengths(solid, target, from, simd);
+             double depth, const std::vector<Number>& r, Errors& errors) {
     for (std::size_t k = 0; k < from.size(); ++k) {
         const double exact = inside_length(solid, ray_to(target, from[k]));
         ASSERT_EQ(std::isinf(r[k]), std::isinf(exact)) << "ray " << k;
@@ -106,6 +154,8 @@ struct RandomScene {
 RandomScene random_scene(int trial, Random& random) {
     RandomScene scene;
     scene.field = hills(3 + int(random() * 90), 3 + int(random() * 90), 100 + trial);
+    if (trial % 4 > 1)  // plains at 0, where rays start in the ground
+        for (float& h : scene.field.heights.values) h = std::max(0.0f, 1.5f * h - 0.5f);
     if (trial % 2) mask_blobs(scene.field, random);
     const Base bases[] = {
         {}, {Base::Kind::automatic, 0}, {Base::Kind::level, 0.04}, {Base::Kind::level, -0.1}};
@@ -125,9 +175,77 @@ TEST(InsideLengths, AreThoseOfTheScalarMarchOnEveryInstructionSet) {
             for (const RayTarget& target : targets_around(random)) {
                 SCOPED_TRACE(testing::Message() << "trial " << trial << " towards " << target.at.x
                                                 << " " << target.at.y << " " << target.at.z);
-                compare(scene.solid, target, scene.starts, scene.depth, simd, errors);
+                compare(scene.solid, target, scene.starts, scene.depth,
+                        packet_lengths(scene.solid, target, scene.starts, simd), errors);
             }
             EXPECT_GE(errors.psnr_db(), tolerance::packet_hills_psnr_db) << "trial " << trial;
+        }
+    }
+}
+
+TEST(InsideLengths, OfTilesAreThoseOfTheScalarMarchOnEveryInstructionSet) {
+    for (const Simd simd : available_simd()) {
+        SCOPED_TRACE(name_of(simd));
+        Random random(4);
+        for (int trial = 0; trial < 24; ++trial) {
+            const RandomScene scene = random_scene(trial, random);
+            const PacketSolid packets(scene.solid, executor(), simd);
+            Errors errors;
+            for (const RayTarget& target : targets_around(random)) {
+                SCOPED_TRACE(testing::Message() << "trial " << trial << " towards " << target.at.x
+                                                << " " << target.at.y << " " << target.at.z);
+                compare(scene.solid, target, scene.starts, scene.depth,
+                        tile_lengths(packets, scene.solid, target, scene.starts), errors);
+            }
+            EXPECT_GE(errors.psnr_db(), tolerance::packet_hills_psnr_db) << "trial " << trial;
+        }
+    }
+}
+
+TEST(InsideLengths, OfTilesHoldOnRoughMapsOfEverySmallSize) {
+    Random random(12);
+    Errors errors;
+    for (int trial = 0; trial < 400; ++trial) {
+        const Solid solid = rough_solid(trial, random);
+        const PacketSolid packets(solid, executor());
+        std::vector<Vec3> starts(std::size_t(solid.width) * solid.height);
+        for (Vec3& p : starts)
+            p = {random() * 1.2 - 0.1, (random() * 1.2 - 0.1) * solid.y_size(),
+                 random() * 0.8 - 0.05};
+        for (const RayTarget& target : targets_around(random))
+            compare(solid, target, starts, 0.05, tile_lengths(packets, solid, target, starts),
+                    errors);
+    }
+    EXPECT_GE(errors.psnr_db(), tolerance::packet_rough_psnr_db);
+}
+
+TEST(InsideLengths, OfTilesAreTheSameBytesOnEveryInstructionSetAndInAnyCompany) {
+    Random random(7);
+    for (int trial = 0; trial < 12; ++trial) {
+        const RandomScene scene = random_scene(trial, random);
+        const PacketSolid portable(scene.solid, executor(), Simd::portable);
+        for (const RayTarget& target : targets_around(random)) {
+            const std::vector<float> r = tile_lengths(portable, scene.solid, target, scene.starts);
+            for (const Simd simd : available_simd()) {
+                const PacketSolid packets(scene.solid, executor(), simd);
+                ASSERT_EQ(tile_lengths(packets, scene.solid, target, scene.starts), r)
+                    << name_of(simd) << ", trial " << trial;
+                for_each_square(
+                    scene.solid, [&](int column, int row, std::vector<std::size_t> places) {
+                        for (std::size_t k = places.size(); k > 1; --k)
+                            std::swap(places[k - 1], places[std::size_t(random() * double(k))]);
+                        places.resize(1 + std::size_t(random() * 40));
+                        std::array<float, RayTile::max_rays> found;
+                        packets.inside_lengths(
+                            target, tile_of(scene.solid, column, row, picked(scene.starts, places)),
+                            found);
+                        for (std::size_t k = 0; k < places.size(); ++k)
+                            ASSERT_EQ(found[k], r[places[k]])
+                                << name_of(simd) << ", texel " << places[k] << ", trial " << trial
+                                << " towards " << target.at.x << " " << target.at.y << " "
+                                << target.at.z;
+                    });
+            }
         }
     }
 }
@@ -142,7 +260,7 @@ TEST(InsideLengths, HoldOnRoughMapsOfEverySmallSize) {
             p = {random() * 1.2 - 0.1, (random() * 1.2 - 0.1) * solid.y_size(),
                  random() * 0.8 - 0.05};
         for (const RayTarget& target : targets_around(random))
-            compare(solid, target, starts, 0.05, best_simd(), errors);
+            compare(solid, target, starts, 0.05, packet_lengths(solid, target, starts), errors);
     }
     EXPECT_GE(errors.psnr_db(), tolerance::packet_rough_psnr_db);
 }

@@ -282,6 +282,29 @@ TEST_F(BatchServer, TermGivesBackTheFrameUnderWay) {
     EXPECT_EQ(frames.integer(0), 2);
 }
 
+TEST_F(BatchServer, AFrameThatTakesTheProgramAlongThreeTimesIsReportedAndTheOthersAreDone) {
+    Restarting relitd({"--threads=1"});
+    const std::string body = R"({"scene": {"height": {"image": ")" +
+                             uploaded(relitd.port()(), 1, 256) + R"("}, "light": {"type": "point"}},
+                                 "frames": [{"material": )" +
+                             endless + R"(}, {}, {}]})";
+    const std::string id = submit_until_accepted(relitd.port(), body, "k");
+    for (int attempt = 1; attempt <= 3; ++attempt) {
+        const int others = attempt == 1 ? 0 : 2;  // done while the first one pauses
+        ASSERT_TRUE(comes_true([&] {
+            return batch_at(relitd.port()(), id)["done"] == others &&
+                   metric_of(relitd.port()(), "relit_batch_frames_running") == 1;
+        })) << attempt;
+        relitd.kill();
+        relitd.start();
+    }
+    const Json batch = batch_at(relitd.port()(), id);
+    EXPECT_EQ(batch["status"], "done");
+    EXPECT_EQ(batch["done"], 2);
+    EXPECT_EQ(batch["problems"][0]["frame"], 0);
+    EXPECT_EQ(batch["problems"][0]["problem"]["type"], "/problems/worker-lost");
+}
+
 TEST_F(BatchServer, TermEndsStreamsOfEvents) {
     Restarting relitd({"--threads=1"});
     const std::string body = R"({"scene": {"height": {"image": ")" +
@@ -308,14 +331,18 @@ TEST_F(BatchServer, ManyIdleStreamsDoNotSlowARender) {
                              R"(, "light": {"type": "point"}}, "frames": [{}], "priority": -1})";
     const std::string blocker = submit_until_accepted([&] { return relitd.port(); }, body, "k");
     const std::string render = R"({"height": {"image": ")" + image + "\"}}";
-    const auto renders_ms = [&] {
-        const auto begin = Clock::now();
-        for (int i = 0; i < 30; ++i)
+    // The quickest of many: what else the machine does is not in it.
+    const auto render_ms = [&] {
+        double least = 1e9;
+        for (int i = 0; i < 40; ++i) {
+            const auto begin = Clock::now();
             EXPECT_EQ(http(relitd.port(), "POST", "/v1/render", render).status, 200);
-        return std::chrono::duration<double, std::milli>(Clock::now() - begin).count() / 30;
+            const std::chrono::duration<double, std::milli> took = Clock::now() - begin;
+            least = std::min(least, took.count());
+        }
+        return least;
     };
-    (void)renders_ms();
-    const double before = renders_ms();
+    const double before = render_ms();
     std::vector<std::unique_ptr<RawConnection>> streams;
     for (int i = 0; i < 200; ++i) {
         streams.push_back(std::make_unique<RawConnection>(relitd.port()));
@@ -323,8 +350,8 @@ TEST_F(BatchServer, ManyIdleStreamsDoNotSlowARender) {
         ASSERT_EQ(streams.back()->receive_head().status, 200) << i;
     }
     EXPECT_EQ(metric_of(relitd.port(), "relit_streams"), 200);
-    const double with = renders_ms();
-    EXPECT_LT(with, 2 * before + 5) << before << " ms without";
+    const double with = render_ms();
+    EXPECT_LT(with, 1.5 * before + 2) << before << " ms without";
     std::printf("a render: %.1f ms alone, %.1f ms beside 200 streams\n", before, with);
 }
 

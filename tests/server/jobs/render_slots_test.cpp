@@ -350,5 +350,19 @@ TEST(RenderSlots, AreNeitherLostNorGivenTwice) {
     EXPECT_EQ(slots.waiting(), 0);
 }
 
+TEST(RenderSlots, TellHowLongNobodyHasUsedThem) {
+    auto now = Clock::time_point(1h);
+    RenderSlots slots({.max_running = 1}, [&] { return now; });
+    EXPECT_EQ(slots.idle_for(), Clock::duration::max()) << "nobody ever";
+    {
+        const auto slot = slots.wait_for_slot(never, {});
+        now += 5s;
+        EXPECT_EQ(slots.idle_for(), 0s);
+    }
+    EXPECT_EQ(slots.idle_for(), 0s);
+    now += 3s;
+    EXPECT_EQ(slots.idle_for(), 3s);
+}
+
 }  // namespace
 }  // namespace relit::server

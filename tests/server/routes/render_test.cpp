@@ -277,11 +277,12 @@ TEST_F(RenderRoute, RefusesQueriesItDoesNotKnow) {
 TEST_F(RenderRoute, DecodesAMapOnceForAllScenesOverIt) {
     (void)post(scene());
     (void)post(scene(R"("relief": 0.5, "light": {"type": "directional"})"));
-    EXPECT_EQ(services_.decoded.misses(), 1u);
-    EXPECT_EQ(services_.decoded.hits(), 1u);
+    EXPECT_EQ(services_.cache.misses(), 3u) << "the map, and a solid for each relief";
+    EXPECT_EQ(services_.cache.hits(), 1u);
     (void)post(scene(R"("albedo": {"image": ")" + id_ + R"("})"));
     (void)post(scene(R"("output": {"transfer": "none"}, "albedo": {"image": ")" + id_ + R"("})"));
-    EXPECT_EQ(services_.decoded.misses(), 3u) << "another field with albedo, for each transfer";
+    EXPECT_EQ(services_.cache.misses(), 5u) << "another field with albedo, for each transfer";
+    EXPECT_EQ(services_.cache.hits(), 3u) << "the solid has no colour";
 }
 
 TEST_F(RenderRoute, AnImageThatIsForgottenIsGoneForTheCacheToo) {

@@ -1,6 +1,6 @@
-// Things that are made from images (decoded maps, environments), kept for the requests that come
-// after and shared by those that come at the same moment: dragging a light over a relief decodes it
-// once.
+// Things that are made from images (decoded maps, what rays see of them), kept for the renders that
+// come after and shared by those that come at the same moment: dragging a light over a relief
+// decodes and prepares it once.
 #pragma once
 
 #include <condition_variable>
@@ -12,7 +12,7 @@
 #include <string>
 #include <unordered_map>
 
-namespace relit::server {
+namespace relit {
 
 /// A bounded cache of immutable things by key. Safe from any thread.
 ///
@@ -75,4 +75,4 @@ private:
     std::uint64_t misses_ = 0;
 };
 
-}  // namespace relit::server
+}  // namespace relit

@@ -1,4 +1,4 @@
-#include "server/scenes/shared_cache.h"
+#include "core/base/shared_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,6 @@
 namespace relit::test {
 namespace {
 
-using server::SharedCache;
 using Made = SharedCache::Made<int>;
 
 // An int of that many bytes, counting how often it is made.

@@ -1,6 +1,6 @@
-#include "server/scenes/shared_cache.h"
+#include "core/base/shared_cache.h"
 
-namespace relit::server {
+namespace relit {
 
 std::shared_ptr<const void> SharedCache::get_any(const std::string& key,
                                                  const std::function<Made<void>()>& make) {
@@ -70,4 +70,4 @@ std::uint64_t SharedCache::misses() const {
     return misses_;
 }
 
-}  // namespace relit::server
+}  // namespace relit

@@ -1,0 +1,412 @@
+// Rays that start near the texels of a small square of the map, prepared in float: positions count from
+// the square, so that floats are as exact as the heights are. Neighbours in a row, or in a column where
+// rays go by columns, share a packet.
+#pragma once
+
+#include "core/visibility/kernels/steps.h"
+
+namespace relit::kernels {
+namespace {
+
+// The light of a tile as one of the grids sees it: texels along its rows' order and across, from the
+// tile's grid point.
+struct TileLight {
+    float along, across, z;  // place, or direction
+    bool at_infinity;
+    float texel;        // width of one in scene units
+    float slide, rise;  // per step, of a light at infinity
+};
+
+// Which way a packet's rays go through a grid, and what of it lies around the tile.
+struct TileWay {
+    const Grid* grid;
+    bool by_columns;
+    bool backwards;
+    TileLight light;
+    float first_row, last_row;        // where the map begins and ends along the way, from the tile
+    float first_column, last_column;  // and across it
+    int row, column;                  // of the grid: the tile's grid point
+};
+
+RELIT_INLINE TileWay tile_way(const Scenery& s, const Tile& tile, bool by_columns, bool backwards) {
+    const double width = s.width;
+    const double right =
+        s.at_infinity ? width * s.light[0] : s.light[0] * width + 0.5 - tile.column;
+    const double down =
+        s.at_infinity ? -width * s.light[1] : (s.height + 0.5) - s.light[1] * width - tile.row;
+    TileWay way;
+    way.grid = by_columns ? &s.by_columns : &s.by_rows;
+    way.by_columns = by_columns;
+    way.backwards = backwards;
+    way.light = {float(by_columns ? right : down), float(by_columns ? down : right),
+                 float(s.light[2]), s.at_infinity, float(1 / width)};
+    const float steps = way.light.along < 0 ? -way.light.along : way.light.along;
+    const float per_step = 1 / (steps > 1e-6f ? steps : 1e-6f);
+    way.light.slide = way.light.across * per_step;
+    way.light.rise = way.light.z * per_step;
+    way.row = by_columns ? tile.column : tile.row;
+    way.column = by_columns ? tile.row : tile.column;
+    way.first_row = 0.5f - float(way.row);
+    way.last_row = float(way.grid->rows) - 0.5f - float(way.row);
+    way.first_column = 0.5f - float(way.column);
+    way.last_column = float(way.grid->columns) - 0.5f - float(way.column);
+    return way;
+}
+
+// Rays of a packet that go one way, as far as they are the same wherever they end.
+struct TileRays {
+    Packet packet;         // without last and end
+    Floats along, across;  // where they start, from the tile's grid point
+    Mask taken;            // those that go this way
+    Floats distance;       // steps to the light
+    Floats ground;         // steps in the ground before they start
+    Floats step_length;    // scene units
+};
+
+// @param masked_ground  there is a mask over endless ground: rays start where they leave the ground,
+//                       since what is masked above it is none of it
+RELIT_INLINE TileRays tile_rays(const TileWay& way, Floats along, Floats across, Floats z,
+                                bool masked_ground) {
+    const Floats one = broadcast(1.0f), zero = broadcast(0.0f);
+    const TileLight& light = way.light;
+    const auto to_light = [&](float place, Floats from) {
+        return light.at_infinity ? broadcast(place) : broadcast(place) - from;
+    };
+    TileRays rays;
+    rays.along = along;
+    rays.across = across;
+    const Floats way_along = to_light(light.along, along);
+    const Floats way_across = to_light(light.across, across), way_z = to_light(light.z, z);
+    const Floats longer = magnitude(way.by_columns ? way_across : way_along);
+    const Mask is_by_columns =
+        way.by_columns ? longer < magnitude(way_along) : longer < magnitude(way_across);
+    const Mask is_backwards = way_along < zero;
+    rays.taken = (way.backwards ? is_backwards : ~is_backwards) &
+                 (way.by_columns ? is_by_columns : ~is_by_columns);
+
+    Packet& p = rays.packet;
+    p.sign = way.backwards ? -1 : 1;
+    if (light.at_infinity) {
+        rays.distance = broadcast(1e30f);
+        p.slide = broadcast(light.slide);
+        p.rise = broadcast(light.rise);
+    } else {
+        // Straight up is all but straight: some row has to be the next.
+        rays.distance = max(magnitude(way_along), broadcast(1e-6f));
+        const Floats per_step = one / rays.distance;
+        p.slide = way_across * per_step;
+        p.rise = way_z * per_step;
+    }
+    const Floats sign = broadcast(float(p.sign));
+    rays.ground = zero;
+    if (masked_ground && any(z < zero)) {
+        rays.ground = select(z < zero, (zero - z) / p.rise, zero);
+        rays.along = along + sign * rays.ground;
+        rays.across = across + p.slide * rays.ground;
+        rays.distance = rays.distance - rays.ground;
+        z = max(z, zero);
+    }
+    const Floats begins = sign * rays.along, row = floor(begins);
+    p.begin = begins - row;
+    p.row = broadcast(way.row) + to_ints(sign * row);
+    p.column = broadcast(way.column);
+    p.x = rays.across - p.begin * p.slide;
+    p.z = z;
+    const Floats texel = broadcast(light.texel);
+    rays.step_length = square_root((one + p.slide * p.slide) * (texel * texel) + p.rise * p.rise);
+    return rays;
+}
+
+// Where the rays of a packet end, one by one: in last and end of the packet.
+struct TileEnds {
+    Mask left;         // rays that are not for tiles
+    Floats elsewhere;  // steps in the ground beside the map
+};
+
+RELIT_INLINE TileEnds end_rays(const Scenery& s, const TileWay& way, TileRays& rays) {
+    const Floats zero = broadcast(0.0f), one = broadcast(1.0f), endless = broadcast(1e30f);
+    Packet& p = rays.packet;
+    // Steps from row 0 to where the way leaves the map, to the light, and over everything.
+    const Floats row = broadcast(float(p.sign)) * rays.along - p.begin;
+    const Floats border = broadcast(way.backwards ? -way.first_row : way.last_row);
+    const Floats inverse_slide = one / p.slide;
+    const Floats beside = (broadcast(way.last_column) - p.x) * inverse_slide;
+    const Floats before = (broadcast(way.first_column) - p.x) * inverse_slide;
+    const Floats leaves = min(border - row, min(max(beside, before), endless));
+    const Floats reaches = way.light.at_infinity ? endless : rays.distance + p.begin;
+    const Floats inverse_rise = one / p.rise;
+    const Floats to_top = (broadcast(float(s.top_z)) - p.z) * inverse_rise + p.begin;
+    const Floats over_top = select(zero < p.rise, to_top, endless);
+    const Floats end = min(min(leaves, reaches), max(one, ceil(over_top)));
+    p.last = max(zero, ceil(end) - one);
+    p.end = select(zero < p.last, end - p.last, end - p.begin);
+
+    TileEnds ends;
+    ends.elsewhere = zero;
+    if (s.endless_ground && any(p.z < zero)) {
+        const Floats out_of_ground = (zero - p.z) * inverse_rise + p.begin;
+        ends.elsewhere = select(p.z < zero, max(zero, out_of_ground - leaves), zero);
+    }
+    const auto between = [](float low, Floats a, float high) {
+        return (broadcast(low) <= a) & (a <= broadcast(high));
+    };
+    const Mask starts_on_map = between(way.first_row, rays.along, way.last_row) &
+                               between(way.first_column, rays.across, way.last_column);
+    const Mask over_floor =
+        s.endless_ground ? all_lanes : broadcast(float(s.floor_z) - 1e-7f) <= p.z;
+    ends.left = ~(starts_on_map & over_floor);
+    p.last = select(rays.taken & ~ends.left, p.last, broadcast(-1.0f));
+    return ends;
+}
+
+// What bounds all rays of a packet together, so many rows from its first one: between low and
+// high + rows * (slope low and high).
+struct Range {
+    float low, high, slope_low, slope_high;
+    [[nodiscard]] RELIT_INLINE float least(float rows) const { return low + rows * slope_low; }
+    [[nodiscard]] RELIT_INLINE float most(float rows) const { return high + rows * slope_high; }
+};
+struct Hull {
+    Range x, z;
+    float distance;  // at least, to the light
+    float begun;     // rows after which all rays have begun
+    int first_row;   // times the packet's sign
+    int rows;        // until all rays are over everything, or beyond what ints hold
+};
+
+// Bounds of (target - a) / b for a and b between bounds, b > 0.
+RELIT_INLINE void bound_slope(float target, float low, float high, float nearest, float farthest,
+                              Range& range) {
+    const float most = target - low, least = target - high;
+    range.slope_high = most * (1 / (most > 0 ? nearest : farthest));
+    range.slope_low = least * (1 / (least > 0 ? farthest : nearest));
+}
+
+RELIT_INLINE Hull hull_of(const Scenery& s, const TileWay& way, TileRays& rays) {
+    const float across_low = lowest(rays.across), across_high = highest(rays.across);
+    Packet& p = rays.packet;
+    const Floats row = broadcast(float(p.sign)) * to_floats(p.row);
+    const float first_row = lowest(row);
+    p.lag = row - broadcast(first_row);
+    const float to_start = highest(p.lag + p.begin);
+    Hull hull;
+    hull.first_row = int(first_row);
+    hull.begun = float(int(to_start)) < to_start ? float(int(to_start)) + 1 : to_start;
+    hull.z.low = lowest(p.z);
+    hull.z.high = highest(p.z);
+    const TileLight& light = way.light;
+    if (light.at_infinity) {
+        hull.distance = 1e9f;
+        hull.x.slope_low = hull.x.slope_high = light.slide;
+        hull.z.slope_low = hull.z.slope_high = light.rise;
+    } else {
+        const float tile_row = first_row - float(p.sign * way.row);
+        const float farthest = float(p.sign) * light.along - tile_row;
+        hull.distance = farthest - to_start;
+        // The starts' own rounding.
+        const float nearest = hull.distance * 0.999999f, beyond = farthest * 1.000001f;
+        bound_slope(light.across, across_low, across_high, nearest, beyond, hull.x);
+        bound_slope(light.z, hull.z.low, hull.z.high, nearest, beyond, hull.z);
+    }
+    // Back from the starts to the first row.
+    hull.x.low = across_low - (hull.x.slope_high > 0 ? to_start * hull.x.slope_high : 0);
+    hull.x.high = across_high - (hull.x.slope_low < 0 ? to_start * hull.x.slope_low : 0);
+    hull.z.low -= to_start * hull.z.slope_high;
+    const float rows = (float(s.top_z) - hull.z.low) / hull.z.slope_low;
+    hull.rows = hull.z.slope_low > 0 && rows < 1e6f ? int(rows) + 1 : 1 << 30;
+    return hull;
+}
+
+// Whether no ray of the packet ends before it is over everything, and all begin on the map: then
+// none needs an end of its own. Steep rays are left to others: their hull is all rounding.
+RELIT_INLINE bool is_inner(const Scenery& s, const TileWay& way, const TileRays& rays,
+                           const Hull& hull) {
+    if (!all(rays.taken) || hull.rows >= 1 << 30 || hull.z.slope_high > 0.5f) return false;
+    const int first = rays.packet.sign * hull.first_row;  // rows of cells 1 to rows - 2 are whole
+    const int last = first + rays.packet.sign * hull.rows;
+    const int low = first < last ? first : last, high = first < last ? last : first;
+    if (low < 1 || high > way.grid->rows - 1) return false;
+    const float rows = float(hull.rows), inside = 0.01f;
+    if (hull.x.least(0) < way.first_column + inside || hull.x.most(0) > way.last_column - inside ||
+        hull.x.least(rows) < way.first_column + inside ||
+        hull.x.most(rows) > way.last_column - inside)
+        return false;
+    if (hull.distance <= rows || hull.distance < 1) return false;
+    return s.endless_ground || all(broadcast(float(s.floor_z) - 1e-7f) <= rays.packet.z);
+}
+
+// Steps of each ray that lie inside; no ray ends on the way.
+template <bool masked>
+RELIT_INLINE Floats inner_steps_inside(const TileWay& way, Packet& p, const Hull& hull) {
+    const Grid& grid = *way.grid;
+    p.first_whole = ceil(p.begin);
+    p.last = p.last_whole = broadcast(1e9f);
+    p.end = broadcast(1.0f);
+    Sums sums;
+    bool is_clear = false;
+    for (int done = 0; done < hull.rows;) {
+        const int row = p.sign * (hull.first_row + done);
+        const int cell_row = p.sign > 0 ? row : row - 1;
+        const auto to_edge = [&](int size) {
+            const int inner = cell_row & (size - 1);
+            const int edge = p.sign > 0 ? size - inner : inner + 1;
+            return edge < hull.rows - done ? edge : hull.rows - done;
+        };
+        const auto columns = [&](int steps, int& left, int& right) {
+            const float a = float(done), b = float(done + steps), slack = 0.01f;
+            const float least =
+                hull.x.least(a) < hull.x.least(b) ? hull.x.least(a) : hull.x.least(b);
+            const float most = hull.x.most(a) > hull.x.most(b) ? hull.x.most(a) : hull.x.most(b);
+            left = int(least - way.first_column + 0.5f - slack);
+            right = int(most - way.first_column + 0.5f + slack);
+        };
+        const auto is_over = [&](float top) { return top < hull.z.least(float(done)); };
+        const int far = to_edge(far_rows), near = to_edge(near_rows);
+        int left, right;
+        if (is_clear && far > near) {
+            columns(far, left, right);
+            const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
+            if (is_over(bounds_of(table, left, right, far_columns).top)) {
+                done += far;
+                continue;
+            }
+        }
+        columns(near, left, right);
+        const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
+        const Bounds bounds = bounds_of(table, left, right, near_columns);
+        is_clear = is_over(bounds.top);
+        if (!is_clear) {
+            if (hull.begun <= float(done) && hull.z.most(float(done + near)) < bounds.bottom) {
+                sums.whole = sums.whole + broadcast(float(near));
+            } else {
+                const Stretch stretch{row,       near, broadcast(float(done)) - p.lag,
+                                      all_lanes, left, right};
+                if (right - left + 2 <= window_size)
+                    march_steps<masked, Window>(p, grid, stretch, sums);
+                else march_steps<masked, Gather>(p, grid, stretch, sums);
+            }
+        }
+        done += near;
+    }
+    sums.open.template solve<masked>(p, sums.parts);
+    return sums.whole + sums.parts;
+}
+
+// Columns for rows of a square, and back.
+RELIT_INLINE void transpose(const float* from, float* to) {
+    for (int i = 0; i < tile_side; ++i)
+        for (int k = 0; k < tile_side; ++k) to[i * tile_side + k] = from[k * tile_side + i];
+}
+
+// r of the rays that go this way, into their places of `r`.
+template <bool masked>
+RELIT_INLINE void march_way(const Scenery& s, const TileWay& way, int count, const float* along,
+                            const float* across, const float* z, float* r) {
+    for (int k = 0; k < count; k += lanes) {
+        TileRays rays = tile_rays(way, load(along + k), load(across + k), load(z + k),
+                                  masked && s.endless_ground);
+        if (!any(rays.taken)) continue;
+        const Hull hull = hull_of(s, way, rays);
+        if (is_inner(s, way, rays, hull)) {
+            const Floats inside = inner_steps_inside<masked>(way, rays.packet, hull);
+            store(r + k, (inside + rays.ground) * rays.step_length);
+            continue;
+        }
+        const TileEnds ends = end_rays(s, way, rays);
+        const Floats inside = inside_of<masked>(rays.packet, *way.grid);
+        const Floats length = ((inside + rays.ground) + ends.elsewhere) * rays.step_length;
+        const Floats known = select(ends.left, broadcast(__builtin_nanf("")), length);
+        store(r + k, select(rays.taken, known, load(r + k)));
+    }
+}
+
+// The ways that rays of the tile take: bit `kind` of each.
+RELIT_INLINE unsigned ways_of(const Scenery& s, const Tile& tile, int count, const float* right,
+                              const float* down) {
+    const TileLight light = tile_way(s, tile, false, false).light;
+    const Floats zero = broadcast(0.0f);
+    unsigned ways = 0;
+    for (int k = 0; k < count; k += lanes) {
+        const auto to_light = [&](float place, const float* from) {
+            return light.at_infinity ? broadcast(place) : broadcast(place) - load(from + k);
+        };
+        const Floats x = to_light(light.across, right), y = to_light(light.along, down);
+        const Mask by_columns = magnitude(y) < magnitude(x);
+        ways |= any(~by_columns & ~(y < zero)) ? 1u : 0;
+        ways |= any(~by_columns & (y < zero)) ? 2u : 0;
+        ways |= any(by_columns & ~(x < zero)) ? 4u : 0;
+        ways |= any(by_columns & (x < zero)) ? 8u : 0;
+        if (light.at_infinity) break;
+    }
+    return ways;
+}
+
+// Asks for the heights under the next square to the right while this one is marched: rays of
+// neighbouring squares share most of what they read, but for these.
+RELIT_INLINE void prefetch_next(const Grid& grid, int column, int row, bool by_columns) {
+    const int first_row = by_columns ? row + tile_side : row;
+    const int first_column = by_columns ? column : column + tile_side;
+    for (int n = 0; n < tile_side; ++n) {
+        const int next = first_row + n < grid.rows ? first_row + n : grid.rows;
+        const float* z = grid.z + long(next) * grid.pitch + first_column;
+        __builtin_prefetch(z);
+        __builtin_prefetch(z + tile_side);
+    }
+}
+
+template <bool masked>
+void march_square(const Scenery& s, const Tile& tile, float* r) {
+    constexpr float none = -1;  // no ray of the way that was marched
+    alignas(64) float right[max_rays], down[max_rays], z[max_rays], found[max_rays];
+    alignas(64) float across[max_rays], along[max_rays], height[max_rays], turned[max_rays];
+    const int count = (tile.count + lanes - 1) / lanes * lanes;
+    for (int k = 0; k < count; ++k) {
+        const int at = k < tile.count ? k : tile.count - 1;
+        right[k] = tile.right[at];
+        down[k] = tile.down[at];
+        z[k] = tile.z[at];
+        found[k] = turned[k] = none;
+    }
+    const unsigned ways = ways_of(s, tile, count, right, down);
+    if (ways & 3) prefetch_next(s.by_rows, tile.column, tile.row, false);
+    if (ways >> 2) prefetch_next(s.by_columns, tile.row, tile.column, true);
+    for (int kind = 0; kind < 2; ++kind)
+        if (ways >> kind & 1)
+            march_way<masked>(s, tile_way(s, tile, false, kind == 1), count, down, right, z, found);
+    if (ways >> 2) {
+        const bool is_square = tile.count == max_rays;
+        if (is_square) {
+            transpose(right, along);
+            transpose(down, across);
+            transpose(z, height);
+        }
+        for (int kind = 2; kind < 4; ++kind)
+            if (ways >> kind & 1)
+                march_way<masked>(s, tile_way(s, tile, true, kind == 3), count,
+                                  is_square ? along : right, is_square ? across : down,
+                                  is_square ? height : z, turned);
+        for (int k = 0; k < count; ++k) {
+            const int at = is_square ? k % tile_side * tile_side + k / tile_side : k;
+            if (turned[at] != none) found[k] = turned[at];
+        }
+    }
+    for (int k = 0; k < tile.count; ++k) r[k] = found[k];
+}
+
+void march_tile(const Scenery& s, const Tile& tile, float* r) {
+    // Level and from below the way may end in the ground, or at the floor.
+    const double bottom = s.endless_ground ? 0 : s.floor_z;
+    const bool is_over = s.at_infinity ? s.light[2] > 1e-12 : s.light[2] >= bottom;
+    const double far = s.at_infinity ? 0
+                                     : __builtin_fabs(s.light[0]) + __builtin_fabs(s.light[1]) +
+                                           __builtin_fabs(s.light[2]);
+    if (!is_over || !(far < 1e9)) {
+        for (int k = 0; k < tile.count; ++k) r[k] = __builtin_nanf("");
+        return;
+    }
+    if (s.masked) march_square<true>(s, tile, r);
+    else march_square<false>(s, tile, r);
+}
+
+}  // namespace
+}  // namespace relit::kernels
