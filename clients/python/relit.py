@@ -127,6 +127,12 @@ class Client:
         """What GET answers, as JSON: get("/v1/presets"), get("/v1/capabilities")."""
         return self._request("GET", path).json()
 
+    def close(self):
+        """Closes this thread's connection; the next call opens another."""
+        if getattr(self._local, "connection", None) is not None:
+            self._local.connection.close()
+            self._local.connection = None
+
     # --- Batches ---
 
     def submit(self, *, scene=None, frames=None, sweep=None, scenes=None, priority=None, key=None):
@@ -182,7 +188,7 @@ class Client:
                 error = later.error
                 wait = max(wait, later.after)
             except _Lost as lost:
-                self._close()
+                self.close()
                 error = Unreachable(f"{self.url}: {lost}")
             if attempt < self.retries:
                 time.sleep(wait)
@@ -201,11 +207,6 @@ class Client:
         if getattr(self._local, "connection", None) is None:
             self._local.connection = self._new_connection()
         return self._local.connection
-
-    def _close(self):
-        if getattr(self._local, "connection", None) is not None:
-            self._local.connection.close()
-            self._local.connection = None
 
     def _new_connection(self):
         host, port = self._parts.hostname, self._parts.port

@@ -191,6 +191,51 @@ TEST_F(CliFrames, RefuseWhatCannotBe) {
                    "./0000.png: is an input too; give the frames another folder");
 }
 
+std::size_t entries_in(const fs::path& folder) {
+    std::error_code ignored;
+    const fs::directory_iterator entries(folder, ignored);
+    return std::size_t(std::distance(begin(entries), end(entries)));
+}
+
+void wait_for_entries(const fs::path& folder, std::size_t count) {
+    for (int i = 0; i < 3000 && entries_in(folder) < count; ++i) std::this_thread::sleep_for(10ms);
+}
+
+TEST_F(CliFrames, SayHowFarTheyAreAndStopAtOnce) {
+    OnTerminal relit({"relit", "sweep", "sample:plato", "--orbit", "5000", "-o", "f"},
+                     folder.path());
+    ASSERT_TRUE(relit.shows("frames   0 % [")) << relit.screen();
+    ASSERT_TRUE(relit.shows(" of 5000, ")) << relit.screen();
+    ASSERT_TRUE(relit.shows(" left, ", 120s)) << relit.screen();
+    const auto began = std::chrono::steady_clock::now();
+    relit.type("\x03");
+    EXPECT_EQ(relit.exit_status(), 130);
+    EXPECT_LT(std::chrono::steady_clock::now() - began, 500ms);
+    for (const auto& [name, bytes] : files("f"))
+        EXPECT_TRUE(bytes.ends_with("IEND\xae\x42\x60\x82"));
+}
+
+TEST_F(CliFrames, OutliveAServerThatIsKilledAndComesBack) {
+    const TemporaryFolder data;
+    const auto sweep = [](const std::string& target) {
+        return "sweep sample:plato --orbit 60 --size 96 -o " + target;
+    };
+    ASSERT_EQ(run(sweep("here")).status, 0);
+    RelitProcess first({.data_dir = data.path()});
+    const std::string port = std::to_string(first.port());
+    OnTerminal relit({"bash", "-c", "exec relit " + sweep("there") + url_of(first)}, folder.path());
+    wait_for_entries(folder.path() / "there", 10);
+    first.signal(SIGKILL);
+    (void)first.exit_status();
+    const RelitProcess second(
+        {.flags = {"--host=127.0.0.1", "--port=" + port, "--data-dir=" + data.path().string()},
+         .with_usual_flags = false});
+    EXPECT_EQ(relit.exit_status(120s), 0) << relit.screen();
+    EXPECT_NE(relit.screen().find("cannot be reached"), std::string::npos) << relit.screen();
+    EXPECT_TRUE(files("there") == files("here"));
+    EXPECT_EQ(batches_of(second), R"({"batches":[],"next":null})");
+}
+
 struct Killed {
     int times = 0;
     int status = -1;  // of the last run, which nobody killed
@@ -200,15 +245,10 @@ struct Killed {
 Killed killed_and_resumed(const std::string& command, const fs::path& folder,
                           const fs::path& frames, int kills) {
     Killed killed;
-    const auto count = [&] {
-        std::error_code ignored;
-        const fs::directory_iterator entries(frames, ignored);
-        return std::size_t(std::distance(begin(entries), end(entries)));
-    };
     for (int kill = 0; kill < kills; ++kill) {
-        const std::size_t enough = count() + 40;
+        const std::size_t enough = entries_in(frames) + 40;
         OnTerminal program({"bash", "-c", "exec " + command}, folder);
-        for (int i = 0; i < 3000 && count() < enough; ++i) std::this_thread::sleep_for(10ms);
+        wait_for_entries(frames, enough);
         program.signal(kill % 2 == 0 ? SIGKILL : SIGINT);
         if (program.exit_status() != 0) ++killed.times;
     }

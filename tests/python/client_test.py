@@ -34,7 +34,7 @@ class WithServer(unittest.TestCase):
 
     def setUp(self):
         self.client = relit.Client(self.relitd.url)
-        self.addCleanup(self.client._close)
+        self.addCleanup(self.client.close)
         self.relief = self.client.upload(PLATO)["id"]
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -184,7 +184,7 @@ class Trouble(unittest.TestCase):
         self.server = Scripted(*replies)
         self.addCleanup(self.server.close)
         client = relit.Client(self.server.url + "/base", **settings)
-        self.addCleanup(client._close)
+        self.addCleanup(client.close)
         return client
 
     def test_busy_answers_and_none_are_asked_again_with_the_same_key(self):
