@@ -29,7 +29,6 @@ import urllib.parse
 __all__ = ["Batch", "Client", "Problem", "RelitError", "Unreachable"]
 
 _LATER = frozenset({429, 502, 503, 507})  # 507: images in use make room when their renders are done
-_PIECE = 1 << 20
 _FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 _UNFINISHED = re.compile(r"\.relit-[0-9a-f]{16}")
 _ABANDONED_S = 60.0
@@ -54,27 +53,20 @@ class Problem(RelitError):
 
     def __init__(self, status, code, detail, pointer=""):
         super().__init__(detail)
-        self.status = status
-        self.code = code
-        self.detail = detail
-        self.pointer = pointer
+        self.status, self.code, self.detail, self.pointer = status, code, detail, pointer
 
     @classmethod
     def from_document(cls, document, status=0):
-        """Of a problem document as a dict."""
-        return cls(
-            document.get("status", status),
-            document.get("type", "").rpartition("/")[2],
-            document.get("detail") or document.get("title") or f"status {status}",
-            document.get("pointer", ""),
-        )
+        detail = document.get("detail") or document.get("title") or f"status {status}"
+        code = document.get("type", "").rpartition("/")[2]
+        return cls(document.get("status", status), code, detail, document.get("pointer", ""))
 
 
 class _Reply:
-    def __init__(self, status, headers, body):
-        self.status = status
-        self.headers = headers
-        self.body = body
+    def __init__(self, response):
+        self.status = response.status
+        self.headers = response.headers
+        self.body = response.read()
 
     def json(self):
         return json.loads(self.body)
@@ -92,11 +84,8 @@ class Client:
         parts = urllib.parse.urlsplit(url)
         if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment:
             raise ValueError(f"'{url}' is not http://host:port or https://host")
-        self.url = url
-        self.timeout = timeout
-        self.retries = retries
-        self._parts = parts
-        self._folder = parts.path.rstrip("/")
+        self.url, self.timeout, self.retries = url, timeout, retries
+        self._parts, self._folder = parts, parts.path.rstrip("/")
         self._local = threading.local()
 
     # --- Images and pictures ---
@@ -174,9 +163,7 @@ class Client:
 
         later  statuses that may be others after a while
         """
-        headers = dict(headers or {})
-        if content_type:
-            headers["Content-Type"] = content_type
+        headers = {**(headers or {}), **({"Content-Type": content_type} if content_type else {})}
         return self._patiently(lambda: self._exchange(method, path, body, headers, later))
 
     def _patiently(self, work):
@@ -198,8 +185,7 @@ class Client:
         with _network():
             connection = self._connection()
             connection.request(method, self._folder + path, body, headers)
-            response = connection.getresponse()
-            reply = _Reply(response.status, response.headers, response.read())
+            reply = _Reply(connection.getresponse())
         _check(self.url, reply, later)
         return reply
 
@@ -223,7 +209,7 @@ class Client:
                 response = connection.getresponse()
                 if response.status in (200, 204):
                     return connection, response
-                reply = _Reply(response.status, response.headers, response.read())
+                reply = _Reply(response)
             _check(self.url, reply, _LATER)
             raise Unreachable(f"{self.url} answers {reply.status}, as no Relit server does")
         except BaseException:
@@ -235,12 +221,8 @@ class Batch:
     """A batch on a server: its `id` is all that it takes to go on with it."""
 
     def __init__(self, client, batch_id):
-        self.client = client
-        self.id = batch_id
+        self.client, self.id = client, batch_id
         self._path = f"/v1/batches/{urllib.parse.quote(batch_id, safe='')}"
-
-    def __repr__(self):
-        return f"Batch({self.client.url!r}, {self.id!r})"
 
     def status(self):
         """{"status", "total", "done", "failed", "problems", ...}."""
@@ -285,8 +267,7 @@ class Batch:
 
         progress  told (done, failed, total) after every frame
         """
-        for _ in self._counted_events(progress):
-            pass
+        list(self._counted_events(progress))
         return self.status()
 
     def frame(self, number):
@@ -373,8 +354,7 @@ class _Later(Exception):
 
     def __init__(self, error, after):
         super().__init__(str(error))
-        self.error = error
-        self.after = after
+        self.error, self.after = error, after
 
 
 class _Lost(Exception):
@@ -434,19 +414,17 @@ def _line_of(response):
         return response.readline()
 
 
+def _piece_of(response):
+    with _network():
+        return response.read(1 << 20)
+
+
 def _pieces_of(response):
     """A body to its end. Raises _Lost where it is cut short."""
-    missing = response.length
-    while True:
-        with _network():
-            piece = response.read(_PIECE)
-        if not piece:
-            break
-        if missing is not None:
-            missing -= len(piece)
+    while piece := _piece_of(response):
         yield piece
-    if missing:
-        raise _Lost(f"{missing} bytes are missing at the end")
+    if response.length:
+        raise _Lost(f"{response.length} bytes are missing at the end")
 
 
 def _write_whole(path, pieces):
@@ -464,7 +442,7 @@ def _write_whole(path, pieces):
 
 
 def _remove_abandoned(folder):
-    """What a killed program left unfinished: nobody has written to it for a minute."""
+    """Removes what a killed program left unfinished: nobody has written to it for a minute."""
     with os.scandir(folder) as entries:
         for entry in entries:
             if _UNFINISHED.fullmatch(entry.name) and time.time() - entry.stat().st_mtime > _ABANDONED_S:
