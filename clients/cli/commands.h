@@ -15,6 +15,8 @@ struct Console {
 };
 
 void render_command(const Options& options, Console console);
+void sweep_command(const Options& options, Console console);
+void batch_command(const Options& options, Console console);
 void scene_command(const Options& options, Console console);
 void info_command(const Options& options, Console console);
 void presets_command(const Options& options);

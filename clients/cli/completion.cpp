@@ -4,6 +4,7 @@
 
 #include "clients/cli/commands.h"
 #include "server/samples/samples.h"
+#include "server/schema/batch_request.h"
 #include "server/schema/field_paths.h"
 #include "server/schema/fields.h"
 #include "server/schema/presets.h"
@@ -44,6 +45,7 @@ Values values_of(const std::string& kind) {
     else if (kind == value::environment) values = {sample_words(true), true};
     else if (kind == value::file) values = {{}, true};
     else if (kind == value::setting) values = {setting_words(), false, true};
+    else if (kind == value::easing) values = {server::easing_words()};
     else if (kind == value::shell) values = {{"bash", "zsh", "fish"}};
     else if (kind == value::format)
         for (const auto& choice : server::choices_of<PictureFormat>())

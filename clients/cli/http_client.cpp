@@ -81,16 +81,25 @@ HttpReply HttpClient::head(const std::string& path) {
     return connection_->reply(connection_->client.Head(connection_->folder + path));
 }
 
+HttpReply HttpClient::get(const std::string& path) {
+    return connection_->reply(connection_->client.Get(connection_->folder + path));
+}
+
+HttpReply HttpClient::remove(const std::string& path) {
+    return connection_->reply(connection_->client.Delete(connection_->folder + path));
+}
+
 HttpReply HttpClient::post(const std::string& path, std::string_view body,
-                           const std::string& content_type,
-                           const std::function<void(double)>& sent) {
+                           const std::string& content_type, const std::function<void(double)>& sent,
+                           const std::string& idempotency_key) {
     const auto progress = [&](std::size_t done, std::size_t all) {
         if (sent && all > 0) sent(double(done) / double(all));
         return true;
     };
-    return connection_->reply(connection_->client.Post(connection_->folder + path,
-                                                       httplib::Headers{}, body.data(), body.size(),
-                                                       content_type, progress));
+    httplib::Headers headers;
+    if (!idempotency_key.empty()) headers.emplace("Idempotency-Key", idempotency_key);
+    return connection_->reply(connection_->client.Post(
+        connection_->folder + path, headers, body.data(), body.size(), content_type, progress));
 }
 
 }  // namespace relit::cli

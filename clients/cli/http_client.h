@@ -26,10 +26,14 @@ public:
 
     // Paths begin with '/'. @throws Failure unreachable when no answer comes
     [[nodiscard]] HttpReply head(const std::string& path);
-    /// @param sent  told the share of the body that is sent
+    [[nodiscard]] HttpReply get(const std::string& path);
+    [[nodiscard]] HttpReply remove(const std::string& path);  ///< DELETE
+    /// @param sent             told the share of the body that is sent
+    /// @param idempotency_key  makes it safe to repeat; empty: none
     [[nodiscard]] HttpReply post(const std::string& path, std::string_view body,
                                  const std::string& content_type,
-                                 const std::function<void(double)>& sent = {});
+                                 const std::function<void(double)>& sent = {},
+                                 const std::string& idempotency_key = "");
 
 private:
     struct Connection;

@@ -42,6 +42,8 @@ void run_command(const CLI::App& app, const Options& options, Console console) {
     const CLI::App& command = *app.get_subcommands().front();
     const std::string& name = command.get_name();
     if (name == "render") render_command(options, console);
+    else if (name == "sweep") sweep_command(options, console);
+    else if (name == "batch") batch_command(options, console);
     else if (name == "scene") scene_command(options, console);
     else if (name == "info") info_command(options, console);
     else if (name == "presets") presets_command(options);

@@ -13,6 +13,7 @@ line is not understood; 3 a file cannot be read or written, or the server not re
 constexpr const char* program_help = R"(Examples:
   relit render relief.png -o out.png --preset bronze
   relit render sample:plato -o plato.jpg --light 0.3,0.8,0.4 --size 800
+  relit sweep relief.png --orbit 120 -o frames/
   relit info relief.png
   relit render --help)";
 
@@ -34,6 +35,38 @@ constexpr const char* render_help = R"(Examples:
 
 The format is that of -o's name (.png, .jpg, .webp, .exr) unless --format or output.format says
 it; they must not contradict each other. A name without an ending, or -, is a PNG otherwise.)";
+
+constexpr const char* sweep_help = R"(Examples:
+  relit sweep relief.png --orbit 120 -o frames/
+  relit sweep relief.png --orbit 120 --elevation 20 --turns -1 --preset bronze -o frames/
+  relit sweep dem.tif --arc 90 --from 90,5 --to 270,5 --easing ease-in-out -o day/
+  relit sweep relief.png --line 60 --from 0,1,0.4 --to 1,1,0.4 --returns -o frames/
+  relit sweep relief.png --env sample:venice-sunset --turn 120 -o frames/ --format jpeg
+  ffmpeg -framerate 30 -i frames/%04d.png -pix_fmt yuv420p orbit.mp4
+
+--orbit takes a sun round the relief at one --elevation, --arc takes it --from one direction
+--to another, --line takes a point light, --turn turns the environment. The frame that would
+be the first one again is left out, so that --orbit, --turn and --returns make loops.)";
+
+constexpr const char* batch_help = R"(Examples:
+  relit batch manifest.jsonl -o frames/
+  relit batch manifest.jsonl -o frames/ --server http://127.0.0.1:8080
+  jq -c '.frames[]' plan.json | relit batch - -o frames/
+
+A manifest has one scene a line, as JSON: {"name": "a.png", "scene": {…}}, or the scene by
+itself. Frames without a name are 0000.png, 0001.png, … by their place. In a scene
+{"part": "relief.png"} is a file, from the manifest's folder; {"data": "…"} is base64;
+{"image": "…"} is an id or a sample's name (other ids only with --server).)";
+
+constexpr const char* frames_help = R"(
+A frame is there whole or not at all. The same command again, after Ctrl-C or a crash, makes
+what is missing: frames that are there and of the same scene are left alone, as the files
+.relit-frames* in the folder tell. A frame that fails is named on stderr and does not stop the
+others; the exit status is 1 then.
+--shard 2/8 makes the third eighth of the frames, by itself or beside the others:
+  sbatch --array=0-7 --wrap 'relit sweep r.png --orbit 720 -o f --shard $SLURM_ARRAY_TASK_ID/8'
+  relit batch m.jsonl -o /out --shard $JOB_COMPLETION_INDEX/8   (a Kubernetes indexed job)
+With --server the frames are a batch there, which goes on while nobody asks for it.)";
 
 constexpr const char* scene_examples = R"(Examples:
   relit scene relief.png --preset wax > scene.json
@@ -88,6 +121,15 @@ void declare_quiet(CLI::App& app, Options& options) {
     app.add_flag("-q,--quiet", options.quiet, "No progress and no notes on stderr");
 }
 
+void declare_threads_and_server(CLI::App& app, Options& options) {
+    app.add_option("--threads", options.scene.threads, "Threads that render; 0: one per processor")
+        ->check(not_empty())
+        ->check(CLI::Range(0, 1024).description(""))
+        ->type_name("N");
+    text(app, "--server", options.scene.server, "Let a server do it: http://… or https://…", "URL");
+    declare_quiet(app, options);
+}
+
 void declare_scene(CLI::App& app, Options& options) {
     SceneOptions& scene = options.scene;
     text(app, "relief", scene.relief, "The height map, bright is near", value::image);
@@ -111,12 +153,7 @@ void declare_scene(CLI::App& app, Options& options) {
         ->type_name(value::setting)
         ->check(not_empty())
         ->allow_extra_args(false);
-    app.add_option("--threads", scene.threads, "Threads that render; 0: one per processor")
-        ->check(not_empty())
-        ->check(CLI::Range(0, 1024).description(""))
-        ->type_name("N");
-    text(app, "--server", scene.server, "Let a server do it: http://… or https://…", "URL");
-    declare_quiet(app, options);
+    declare_threads_and_server(app, options);
 }
 
 void declare_render(CLI::App& app, Options& options) {
@@ -125,6 +162,50 @@ void declare_render(CLI::App& app, Options& options) {
     text(render, "-o,--output", options.output, "Where the picture goes; - for stdout", value::file)
         ->required();
     render.footer(std::string(render_help) + "\n" + scene_help + "\n" + exit_statuses);
+}
+
+void declare_frames(CLI::App& app, Options& options) {
+    text(app, "-o,--output", options.output, "The folder of the frames; made if need be",
+         value::file)
+        ->required();
+    text(app, "--shard", options.shard, "A part of the frames: 0/8 to 7/8", "I/N");
+}
+
+void declare_sweep(CLI::App& app, Options& options) {
+    CLI::App& sweep = *app.add_subcommand("sweep", "Makes many pictures, the light on its way");
+    SweepOptions& path = options.sweep;
+    auto* orbit =
+        text(sweep, "--orbit", path.orbit, "A sun goes round, in so many frames", "COUNT");
+    auto* arc =
+        text(sweep, "--arc", path.arc, "A sun goes --from azimuth,elevation --to others", "COUNT");
+    auto* line = text(sweep, "--line", path.line,
+                      "A point light goes --from X,Y,Z --to another place", "COUNT");
+    auto* turn =
+        text(sweep, "--turn", path.turn, "The environment turns about the vertical", "COUNT");
+    orbit->excludes(arc)->excludes(line)->excludes(turn);
+    arc->excludes(line)->excludes(turn);
+    line->excludes(turn);
+    text(sweep, "--from", path.from, "Where an arc or a line begins", "PLACE");
+    text(sweep, "--to", path.to, "Where it ends", "PLACE");
+    sweep.add_flag("--returns", path.returns, "An arc or a line goes back again, the same way");
+    text(sweep, "--azimuth", path.azimuth, "Where an orbit begins, in degrees", "DEGREES");
+    text(sweep, "--elevation", path.elevation, "An orbit's height, in degrees", "DEGREES");
+    text(sweep, "--turns", path.turns, "Of --orbit and --turn; below 0: the other way", "COUNT");
+    text(sweep, "--easing", path.easing, "linear, ease-in, ease-out or ease-in-out", value::easing);
+    text(sweep, "--moved-light", path.light, "Which of several lights moves, from 0", "NUMBER");
+    declare_scene(sweep, options);
+    declare_frames(sweep, options);
+    sweep.footer(std::string(sweep_help) + "\n" + frames_help + "\n" + scene_help + "\n" +
+                 exit_statuses);
+}
+
+void declare_batch(CLI::App& app, Options& options) {
+    CLI::App& batch = *app.add_subcommand("batch", "Makes the pictures of a list of scenes");
+    text(batch, "manifest", options.manifest, "A scene a line, as JSON; - for stdin", value::file)
+        ->required();
+    declare_frames(batch, options);
+    declare_threads_and_server(batch, options);
+    batch.footer(std::string(batch_help) + "\n" + frames_help + "\n" + exit_statuses);
 }
 
 void declare_dry_run(CLI::App& app, Options& options) {
@@ -182,6 +263,8 @@ void declare_options(CLI::App& app, Options& options) {
     app.require_subcommand(1);
     app.footer(std::string(program_help) + "\n" + exit_statuses);
     declare_render(app, options);
+    declare_sweep(app, options);
+    declare_batch(app, options);
     declare_dry_run(app, options);
     declare_info(app, options);
     declare_presets(app, options);

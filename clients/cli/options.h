@@ -25,9 +25,28 @@ struct SceneOptions {
     int threads = 0;
 };
 
+/// What `relit sweep` does to the light, as texts: what they may be is the sweep's business.
+struct SweepOptions {
+    std::string orbit;  ///< the number of frames; one of these four is there
+    std::string arc;
+    std::string line;
+    std::string turn;
+    std::string from;
+    std::string to;
+    std::string azimuth;
+    std::string elevation;
+    std::string turns;
+    std::string easing;
+    std::string light;  ///< which of several
+    bool returns = false;
+};
+
 struct Options {
     SceneOptions scene;
+    SweepOptions sweep;
+    std::string manifest;  ///< of `relit batch`: a path or "-"
     std::string output;
+    std::string shard;  ///< "i/n"; empty: all frames
     bool quiet = false;
     bool json = false;
     bool etag = false;
@@ -45,6 +64,7 @@ inline constexpr const char* preset = "PRESET";    ///< a preset's name
 inline constexpr const char* sample = "SAMPLE";    ///< a sample's name
 inline constexpr const char* format = "FORMAT";    ///< of a picture
 inline constexpr const char* setting = "FIELD=VALUE";
+inline constexpr const char* easing = "EASING";
 inline constexpr const char* shell = "SHELL";
 }  // namespace value
 

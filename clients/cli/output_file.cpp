@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <optional>
 #include <random>
@@ -17,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view unfinished_prefix = ".relit-";
+constexpr auto abandoned_after = std::chrono::minutes(1);
 constexpr int most_links = 40;  // that lead from one to the next, as the kernel has it
 
 // @return 0 or errno
@@ -115,51 +118,62 @@ void OutputFiles::write(const std::string& target, std::string_view bytes) {
 }
 
 void OutputFiles::write_whole(const fs::path& path, std::string_view bytes) {
-    const int file = create_unfinished(path);
-    if (const int error = write_and_close(file, bytes)) {
-        remove();
+    const Unfinished file = create_unfinished(path);
+    if (const int error = write_and_close(file.descriptor, bytes)) {
+        remove(file.name);
         fail_writing(path.string(), error);
     }
-    finish(path);
+    finish(file.name, path);
 }
 
 // Permissions are the umask's business, as for any new file.
-int OutputFiles::create_unfinished(const fs::path& path) {
+OutputFiles::Unfinished OutputFiles::create_unfinished(const fs::path& path) {
     std::random_device random;
     const std::lock_guard lock(mutex_);
     for (int attempt = 0; attempt < 100; ++attempt) {
         const std::string name =
-            folder_of(path) / fmt::format(".relit-{:08x}{:08x}", random(), random());
+            folder_of(path) / fmt::format("{}{:08x}{:08x}", unfinished_prefix, random(), random());
         const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (file < 0 && errno == EEXIST) continue;
         if (file < 0) break;
-        unfinished_ = name;
-        return file;
+        unfinished_.insert(name);
+        return {file, name};
     }
     fail_with_errno(path.string(), "write it");
 }
 
-void OutputFiles::finish(const fs::path& path) {
+void OutputFiles::finish(const std::string& unfinished, const fs::path& path) {
     const std::lock_guard lock(mutex_);
-    if (::rename(unfinished_.c_str(), path.c_str()) == 0) {
-        unfinished_.clear();
-        return;
-    }
+    unfinished_.erase(unfinished);
+    if (::rename(unfinished.c_str(), path.c_str()) == 0) return;
     const int error = errno;
-    ::unlink(unfinished_.c_str());
-    unfinished_.clear();
+    ::unlink(unfinished.c_str());
     fail_writing(path.string(), error);
 }
 
-void OutputFiles::remove() {
+void OutputFiles::remove(const std::string& unfinished) {
     const std::lock_guard lock(mutex_);
-    if (!unfinished_.empty()) ::unlink(unfinished_.c_str());
-    unfinished_.clear();
+    ::unlink(unfinished.c_str());
+    unfinished_.erase(unfinished);
 }
 
 void OutputFiles::remove_unfinished() {
     mutex_.lock();  // for good: the program is about to end
-    if (!unfinished_.empty()) ::unlink(unfinished_.c_str());
+    for (const std::string& name : unfinished_) ::unlink(name.c_str());
+}
+
+void remove_abandoned(const fs::path& folder) {
+    const auto is_unfinished = [](const std::string& name) {
+        const std::size_t prefix = unfinished_prefix.size();
+        return name.starts_with(unfinished_prefix) && name.size() == prefix + 16 &&
+               name.find_first_not_of("0123456789abcdef", prefix) == std::string::npos;
+    };
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+        const auto age = fs::file_time_type::clock::now() - entry.last_write_time(ignored);
+        if (is_unfinished(entry.path().filename().string()) && age > abandoned_after)
+            fs::remove(entry.path(), ignored);
+    }
 }
 
 void check_target(const std::string& target, std::span<const fs::path> inputs) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <mutex>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,7 +11,7 @@
 namespace relit::cli {
 
 /// Writes files under a temporary name in the same folder and renames them when they are whole.
-/// Whoever ends the program in between calls remove_unfinished() first.
+/// Whoever ends the program in between calls remove_unfinished() first. Safe from any thread.
 class OutputFiles {
 public:
     /// @param target  a path, or "-" for stdout. What the caller holds open (/dev/stdout,
@@ -24,13 +25,21 @@ public:
 
 private:
     void write_whole(const std::filesystem::path& path, std::string_view bytes);
-    int create_unfinished(const std::filesystem::path& path);
-    void finish(const std::filesystem::path& path);
-    void remove();
+    struct Unfinished {
+        int descriptor = -1;
+        std::string name;
+    };
+    Unfinished create_unfinished(const std::filesystem::path& path);
+    void finish(const std::string& unfinished, const std::filesystem::path& path);
+    void remove(const std::string& unfinished);
 
     std::mutex mutex_;
-    std::string unfinished_;  // a temporary file; empty when there is none
+    std::set<std::string> unfinished_;  // temporary files
 };
+
+/// Removes what a killed program left unfinished in the folder: what nobody has written to for a
+/// minute.
+void remove_abandoned(const std::filesystem::path& folder);
 
 /// Refuses, before the work begins, a target that cannot be written or that is an input.
 /// @param inputs  the files that are read

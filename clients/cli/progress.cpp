@@ -4,6 +4,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -37,12 +38,20 @@ std::string clock_text(std::chrono::duration<double> time) {
                     : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
+// ", 10.3 a second", ", 4.2 s each"; nothing before it can be told
+std::string rate_text(int done, double taken_s) {
+    if (done == 0 || taken_s <= 0) return "";
+    return done >= taken_s ? fmt::format(", {:.1f} a second", done / taken_s)
+                           : fmt::format(", {:.1f} s each", taken_s / done);
+}
+
 }  // namespace
 
 void Progress::begin(std::string stage) {
     const std::lock_guard lock(mutex_);
     stage_ = std::move(stage);
     share_.reset();
+    count_.clear();
     stage_began_ = Clock::now();
 }
 
@@ -51,9 +60,24 @@ void Progress::reach(double share) {
     share_ = share;
 }
 
+void Progress::count(int done, int total) {
+    const std::lock_guard lock(mutex_);
+    share_ = double(done) / std::max(total, 1);
+    const std::chrono::duration<double> taken = Clock::now() - stage_began_;
+    count_ = fmt::format(", {} of {}{}", done, total, rate_text(done, taken.count()));
+}
+
 void Progress::say(const std::string& line) {
     const std::lock_guard lock(mutex_);
-    if (quiet_) return;
+    if (!quiet_) write_line(line);
+}
+
+void Progress::complain(const std::string& line) {
+    const std::lock_guard lock(mutex_);
+    write_line(line);
+}
+
+void Progress::write_line(const std::string& line) {
     clear();
     write_to_stderr(line + "\n");
 }
@@ -83,7 +107,7 @@ void Progress::clear() {
     drawn_ = false;
 }
 
-// "rendering  43 % [##########..............] 0:12, 0:16 left"
+// "rendering  43 % [##########..............] 0:12, 0:16 left, 129 of 300, 10.7 a second"
 std::string Progress::line(Clock::time_point now) const {
     const std::string elapsed = clock_text(now - began_);
     if (!share_) return fmt::format("{} {}", stage_, elapsed);
@@ -94,7 +118,7 @@ std::string Progress::line(Clock::time_point now) const {
     const auto taken = now - stage_began_;
     if (*share_ >= telling_share && taken >= telling_time)
         text += fmt::format(", {} left", clock_text(taken * ((1 - *share_) / *share_)));
-    return text;
+    return text + count_;
 }
 
 }  // namespace relit::cli

@@ -17,8 +17,14 @@ public:
     /// The share of the stage that is done, 0 to 1.
     void reach(double share);
 
+    /// How many frames of the stage are done: the line tells their rate too.
+    void count(int done, int total);
+
     /// A line on stderr that stays; nothing when quiet.
     void say(const std::string& line);
+
+    /// The same of what went wrong: also when quiet.
+    void complain(const std::string& line);
 
     /// Nothing is drawn or said from now on.
     void be_quiet();
@@ -31,12 +37,14 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
+    void write_line(const std::string& line);
     [[nodiscard]] std::string line(Clock::time_point now) const;
     void clear();
 
     std::mutex mutex_;
     std::string stage_;
     std::optional<double> share_;
+    std::string count_;  // "129 of 300", with their rate; empty where nothing is counted
     Clock::time_point stage_began_{};
     const Clock::time_point began_ = Clock::now();
     bool drawn_ = false;

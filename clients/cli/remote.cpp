@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "clients/cli/failure.h"
-#include "clients/cli/http_client.h"
 #include "server/schema/client_json.h"
 
 namespace relit::cli {
@@ -33,85 +32,77 @@ int wait_of(const HttpReply& reply) {
     return std::max(seconds, 1);
 }
 
-// The connection to the server for one command.
-class Talk {
-public:
-    Talk(const std::string& url, const SceneJob& job, Progress& progress)
-        : url_(url), client_(url), job_(job), progress_(progress) {}
-
-    // What a refusal says, with the image that it blames; `name` where it is known already.
-    [[nodiscard]] std::string words_of(const HttpReply& reply, std::string name = "") const {
-        const auto problem = server::read_problem(reply.body);
-        if (is_elsewhere(reply, problem ? problem->pointer : ""))
-            return fmt::format("{} is no Relit server: it answers {}", url_, reply.status);
-        if (!problem)
-            return fmt::format("{} answers {}, as no Relit server does", url_, reply.status);
-        if (name.empty()) name = image_name(job_, problem->pointer);
-        const std::string words = part_of_line(problem->detail);
-        return name.empty() ? words : name + ": " + words;
+// @return how many images the server lacked
+int upload_missing(RemoteServer& server, const SceneJob& job, Progress& progress) {
+    int uploaded = 0;
+    for (const auto& [id, image] : job.images) {
+        if (server.has_image(id)) continue;
+        progress.begin("sending " + image.name);
+        server.upload(image, [&](double share) { progress.reach(share); });
+        ++uploaded;
     }
-
-    // @return how many images the server lacked
-    int upload_missing() {
-        int uploaded = 0;
-        for (const auto& [id, image] : job_.images) {
-            const std::string path = "/v1/images/" + id;
-            const HttpReply known = patiently([&] { return client_.head(path); });
-            if (known.status == 200) continue;
-            if (known.status != 404) throw Failure(Exit::refused, words_of(known));
-            upload(image);
-            ++uploaded;
-        }
-        return uploaded;
-    }
-
-    HttpReply post_scene(const std::string& path) {
-        return patiently([&] {
-            progress_.begin("waiting for the server");
-            return client_.post(path, job_.text, "application/json");
-        });
-    }
-
-private:
-    void upload(const Input& image) {
-        const HttpReply reply = patiently([&] {
-            progress_.begin("sending " + image.name);
-            return client_.post("/v1/images", image.bytes, "application/octet-stream",
-                                [&](double share) { progress_.reach(share); });
-        });
-        if (reply.status != 200 && reply.status != 201)
-            throw Failure(Exit::refused, words_of(reply, image.name));
-    }
-
-    // Asks again as long as the server is busy and says that waiting helps.
-    template <class Request>
-    HttpReply patiently(const Request& request) {
-        for (int retry = 1;; ++retry) {
-            HttpReply reply = request();
-            const int wait_s = wait_of(reply);
-            if (!is_busy(reply) || retry > most_retries || wait_s > longest_wait_s) return reply;
-            progress_.say(fmt::format("relit: {}; trying again in {} s ({} of {})", words_of(reply),
-                                      wait_s, retry, most_retries));
-            std::this_thread::sleep_for(std::chrono::seconds(wait_s));
-        }
-    }
-
-    const std::string& url_;
-    HttpClient client_;
-    const SceneJob& job_;
-    Progress& progress_;
-};
+    return uploaded;
+}
 
 }  // namespace
 
+std::string RemoteServer::words_of(
+    const HttpReply& reply,
+    const std::function<std::string(const std::string& pointer)>& image_at) const {
+    const auto problem = server::read_problem(reply.body);
+    if (is_elsewhere(reply, problem ? problem->pointer : ""))
+        return fmt::format("{} is no Relit server: it answers {}", url_, reply.status);
+    if (!problem) return fmt::format("{} answers {}, as no Relit server does", url_, reply.status);
+    const std::string image = image_at ? image_at(problem->pointer) : "";
+    const std::string words = part_of_line(problem->detail);
+    return image.empty() ? words : image + ": " + words;
+}
+
+// Asks again as long as the server is busy and says that waiting helps.
+HttpReply RemoteServer::patiently(const std::function<HttpReply(HttpClient&)>& request) {
+    for (int retry = 1;; ++retry) {
+        HttpReply reply = request(client_);
+        const int wait_s = wait_of(reply);
+        if (!is_busy(reply) || retry > most_retries || wait_s > longest_wait_s) return reply;
+        progress_.say(fmt::format("relit: {}; trying again in {} s ({} of {})", words_of(reply),
+                                  wait_s, retry, most_retries));
+        std::this_thread::sleep_for(std::chrono::seconds(wait_s));
+    }
+}
+
+bool RemoteServer::has_image(const std::string& id) {
+    const HttpReply known =
+        patiently([&](HttpClient& client) { return client.head("/v1/images/" + id); });
+    if (known.status != 200 && known.status != 404) throw Failure(Exit::refused, words_of(known));
+    return known.status == 200;
+}
+
+void RemoteServer::upload(const Input& image, const std::function<void(double)>& sent) {
+    const HttpReply reply = patiently([&](HttpClient& client) {
+        return client.post("/v1/images", image.bytes, "application/octet-stream", sent);
+    });
+    if (reply.status != 200 && reply.status != 201)
+        throw Failure(Exit::refused,
+                      words_of(reply, [&](const std::string&) { return image.name; }));
+}
+
 RemoteAnswer ask_server(const std::string& url, const std::string& path, const std::string& media,
                         const SceneJob& job, Progress& progress) {
-    Talk talk(url, job, progress);
-    talk.upload_missing();
-    HttpReply reply = talk.post_scene(path);
+    RemoteServer server(url, progress);
+    const auto post_scene = [&] {
+        return server.patiently([&](HttpClient& client) {
+            progress.begin("waiting for the server");
+            return client.post(path, job.text, "application/json");
+        });
+    };
+    upload_missing(server, job, progress);
+    HttpReply reply = post_scene();
     // An image may have made room for others between its upload and the render.
-    if (reply.status == 404 && talk.upload_missing() > 0) reply = talk.post_scene(path);
-    if (reply.status != 200) throw Failure(Exit::refused, talk.words_of(reply));
+    if (reply.status == 404 && upload_missing(server, job, progress) > 0) reply = post_scene();
+    const auto image_at = [&](const std::string& pointer) {
+        return image_name(job.scene, job.images, pointer);
+    };
+    if (reply.status != 200) throw Failure(Exit::refused, server.words_of(reply, image_at));
     if (!reply.content_type.starts_with(media))
         throw Failure(Exit::refused, fmt::format("{} answers '{}', as no Relit server does", url,
                                                  reply.content_type));

@@ -1,10 +1,9 @@
 // relit render, relit scene: a scene read, then rendered or told, here or by a server.
 #include "core/render/render.h"
 
-#include <limits>
-
 #include "clients/cli/commands.h"
 #include "clients/cli/failure.h"
+#include "clients/cli/limits_here.h"
 #include "clients/cli/remote.h"
 #include "clients/cli/scene_job.h"
 #include "core/io/encode.h"
@@ -14,16 +13,6 @@
 
 namespace relit::cli {
 namespace {
-
-// The server's caps are for strangers; what the decoder holds files to by itself remains.
-server::Limits limits_here() {
-    server::Limits limits;
-    constexpr auto endless = std::numeric_limits<std::int64_t>::max();
-    limits.max_image_pixels = endless;
-    limits.max_environment_pixels = endless;
-    limits.max_output_pixels = endless;
-    return limits;
-}
 
 Scene load_here(const SceneJob& job, const Executor& executor, Progress& progress) {
     const auto find = [&](const server::ImageSource& source) {
@@ -35,7 +24,7 @@ Scene load_here(const SceneJob& job, const Executor& executor, Progress& progres
         SharedCache once(0);  // nobody asks again
         return server::load_scene(job.scene, find, limits_here(), executor, once);
     } catch (const Error& e) {
-        const std::string name = image_name(job, e.pointer);
+        const std::string name = image_name(job.scene, job.images, e.pointer);
         if (name.empty()) throw;
         throw Failure(Exit::refused, name + ": " + part_of_line(e.what()));
     }

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "clients/cli/failure.h"
+#include "clients/cli/limits_here.h"
 #include "server/error_codes.h"
 #include "server/samples/samples.h"
 #include "server/schema/base64.h"
@@ -23,8 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using server::ImageSource;
 using server::Setting;
-
-constexpr int max_lights = 1'000'000;  // the machine is the caller's own
 
 // --- Flags as settings ---------------------------------------------------------------------------
 
@@ -200,7 +199,10 @@ void resolve(ImageSource& source, const fs::path& folder, bool with_server, Scen
     if (source.kind == ImageSource::Kind::data) {
         source.text = keep(data_input(source), job);
     } else if (source.kind == ImageSource::Kind::part) {
-        source.text = keep(read_file(folder / source.text), job);
+        const fs::path path = folder / source.text;
+        std::string& id = job.ids[path.string()];
+        if (id.empty()) id = keep(read_file(path), job);
+        source.text = id;
     } else if (const auto* sample = server::find_sample(source.text)) {
         source.text = sample->id;
         job.images.emplace(sample->id, read_input("sample:" + sample->id));
@@ -223,23 +225,28 @@ SceneJob read_scene_job(const SceneOptions& options, const std::string& target) 
     text = server::with_settings(text, set);
     if (!server::has_field(text, "height"))
         throw Failure(Exit::usage, "there is no relief: name a file, - or sample:plato");
-    text = with_format_of(target, text);
-    job.scene = server::parse_scene(text, max_lights);
-    check_format(target, job.scene.output.format);
-    const fs::path folder = fs::path(options.scene).parent_path();
-    server::for_each_image(job.scene, [&](ImageSource& source) {
-        resolve(source, folder, !options.server.empty(), job);
-    });
-    job.text = server::scene_json(job.scene);
+    finish_scene_job(std::move(text), target, fs::path(options.scene).parent_path(),
+                     !options.server.empty(), job);
     return job;
 }
 
-std::string image_name(const SceneJob& job, const std::string& pointer) {
+void finish_scene_job(std::string text, const std::string& target, const fs::path& folder,
+                      bool with_server, SceneJob& job) {
+    job.scene =
+        server::parse_scene(with_format_of(target, std::move(text)), limits_here().max_lights);
+    check_format(target, job.scene.output.format);
+    server::for_each_image(job.scene,
+                           [&](ImageSource& source) { resolve(source, folder, with_server, job); });
+    job.text = server::scene_json(job.scene);
+}
+
+std::string image_name(const server::SceneDescription& scene,
+                       const std::map<std::string, Input>& images, const std::string& pointer) {
     std::string name;
-    server::for_each_image(job.scene, [&](const ImageSource& source) {
-        const auto found = job.images.find(source.text);
+    server::for_each_image(scene, [&](const ImageSource& source) {
+        const auto found = images.find(source.text);
         const bool blamed = field_of(source.pointer) == field_of(pointer);
-        if (blamed && name.empty() && found != job.images.end()) name = found->second.name;
+        if (blamed && name.empty() && found != images.end()) name = found->second.name;
     });
     return name;
 }

@@ -19,6 +19,7 @@ struct SceneJob {
     std::string text;                     ///< the scene in its one form, as scene_json() writes it
     std::map<std::string, Input> images;  ///< id -> what was read; not those a server has to have
     std::vector<std::filesystem::path> files;  ///< all that were read, the scene file too
+    std::map<std::string, std::string> ids;    ///< path -> id, of the files that scenes name
 };
 
 /// Reads everything that the options name.
@@ -30,7 +31,17 @@ struct SceneJob {
 ///         with_settings()
 [[nodiscard]] SceneJob read_scene_job(const SceneOptions& options, const std::string& target);
 
+/// Its last steps, of a scene that comes as text: the scene goes into `job`, its images join those
+/// that are there.
+/// @param folder       of the files that the scene names
+/// @param with_server  whether there may be images that are stored there
+/// @throws as read_scene_job()
+void finish_scene_job(std::string text, const std::string& target,
+                      const std::filesystem::path& folder, bool with_server, SceneJob& job);
+
 /// The name of the image that a pointer into the scene blames; empty when it blames none.
-[[nodiscard]] std::string image_name(const SceneJob& job, const std::string& pointer);
+[[nodiscard]] std::string image_name(const server::SceneDescription& scene,
+                                     const std::map<std::string, Input>& images,
+                                     const std::string& pointer);
 
 }  // namespace relit::cli

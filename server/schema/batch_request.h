@@ -39,4 +39,7 @@ inline constexpr std::string_view problems_file_name = "problems.json";
 [[nodiscard]] BatchRequest parse_batch(std::string_view json, const BatchLimits& limits,
                                        const std::function<void(const SceneDescription&)>& check);
 
+/// What the `easing` of a sweep may be.
+[[nodiscard]] std::vector<std::string> easing_words();
+
 }  // namespace relit::server

@@ -6,9 +6,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/field/height_field.h"
 #include "core/io/decode.h"
+#include "server/schema/batch_request.h"
 
 namespace relit::server {
 
@@ -24,6 +26,27 @@ struct ReceivedProblem {
 
 /// JSON over several lines, its fields in their order. @pre `json` is JSON
 [[nodiscard]] std::string indented(std::string_view json);
+
+/// A line of a manifest: {"name", "scene"}, or a scene, which may have a `name` too.
+/// @return its name, empty where it has none, and its scene as JSON, of which nothing is checked
+/// @throws Error malformed_json, duplicate_field, invalid_value, unknown_field
+[[nodiscard]] BatchFrame read_manifest_line(std::string_view line);
+
+/// {"scenes": [...]}, a batch of what is said here.
+/// @param frames  names may be empty
+[[nodiscard]] std::string scenes_request(std::span<const BatchFrame> frames);
+
+/// The id of a batch that was accepted. @return nothing when `text` is no such answer
+[[nodiscard]] std::optional<std::string> read_batch_id(std::string_view text);
+
+/// A frame that failed on a server.
+struct FailedFrame {
+    int number = 0;
+    ReceivedProblem problem;
+};
+
+/// Those of a batch. @return nothing when `text` says nothing of a batch
+[[nodiscard]] std::optional<std::vector<FailedFrame>> read_failed_frames(std::string_view text);
 
 /// What a client knows of an image file of its own.
 struct FileInfo {

@@ -4,6 +4,7 @@
 
 #include <initializer_list>
 
+#include "server/schema/batch_request.h"
 #include "server/schema/preset_merge.h"
 #include "server/schema/reader.h"
 
@@ -142,6 +143,12 @@ Sweep sweep_from(const Json& json, int max_count, const std::string& pointer) {
     }
     reader.finish();
     return sweep;
+}
+
+std::vector<std::string> easing_words() {
+    std::vector<std::string> words;
+    for (const auto& choice : choices_of<Easing>()) words.emplace_back(choice.name);
+    return words;
 }
 
 Json swept(const Json& scene, const Sweep& sweep, int frame) {

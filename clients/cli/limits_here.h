@@ -1,0 +1,22 @@
+// What a scene may ask for on this machine, which is the caller's own: the server's caps are for
+// strangers. What the decoder holds files to by itself remains.
+#pragma once
+
+#include <limits>
+
+#include "server/limits.h"
+
+namespace relit::cli {
+
+[[nodiscard]] inline server::Limits limits_here() {
+    constexpr auto endless = std::numeric_limits<std::int64_t>::max();
+    server::Limits limits;
+    limits.max_image_pixels = endless;
+    limits.max_environment_pixels = endless;
+    limits.max_output_pixels = endless;
+    limits.max_lights = 1'000'000;
+    limits.max_batch_frames = 1'000'000;
+    return limits;
+}
+
+}  // namespace relit::cli
