@@ -46,8 +46,8 @@ LightSample merged(const std::vector<LightSample>& samples, Vec3 at, double cosi
 // light or more, and are not a part of something larger, whose shadows are soft.
 std::vector<LightSample> taken_suns(std::vector<LightSample>& samples) {
     constexpr int most = 8;
-    constexpr double least_share = 0.01, least_contrast = 20, most_around = 4;
-    const double spot = std::cos(radians(1.0)), around = std::cos(radians(4.0));
+    constexpr double least_share = 0.01, least_contrast = 20, most_around = 3;
+    const double spot = std::cos(radians(1.0)), around = std::cos(radians(6.0));
     const double all = brightness(samples);
     std::vector<LightSample> suns;
     while (int(suns.size()) < most) {

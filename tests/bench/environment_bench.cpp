@@ -11,6 +11,8 @@
 // at 64 random texels; its time is scaled up to all texels of the map.
 #include <benchmark/benchmark.h>
 
+#include <array>
+
 #include <chrono>
 #include <map>
 #include <numbers>
