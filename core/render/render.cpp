@@ -139,7 +139,7 @@ EnvironmentSampling environment_sampling(const Output& output) {
 
 // The lights of the scene that need not be summed sample by sample.
 SkyLights sky_lights(const Scene& scene, const Output& output, Rect part,
-                     const RenderControl& control) {
+                     const PreparedSolid& prepared, const RenderControl& control) {
     const Layer layer = output.layer;
     const bool beauty = layer == Layer::beauty;
     const bool data =
@@ -148,13 +148,12 @@ SkyLights sky_lights(const Scene& scene, const Output& output, Rect part,
     // Texels of an alpha below one half have the colour of a texel that may lie anywhere.
     if (!scene.field->alpha.empty()) part = {0, 0, scene.field->width(), scene.field->height()};
     const bool has_diffuse = beauty ? scene.material.specular.k < 1 : layer == Layer::illumination;
-    const auto prepared = prepared_solid(scene, control);
     SkyLights skies;
     for (const Light& light : scene.lights) {
         skies.emplace_back();
-        if ((beauty || &light == &scene.lights.front()) && SkyLight::covers(scene, light, *prepared))
+        if ((beauty || &light == &scene.lights.front()) && SkyLight::covers(scene, light, prepared))
             skies.back() = std::make_unique<const SkyLight>(
-                scene, std::get<EnvironmentLight>(light),
+                scene, std::get<EnvironmentLight>(light), prepared,
                 beauty ? SkyLight::Sum::colours : SkyLight::Sum::weights, has_diffuse, part,
                 output.accuracy == Accuracy::preview, control);
     }
@@ -266,12 +265,10 @@ void shade_rows(const Shader& shader, const Output& output, Rect part, bool fini
 
 // `part` of the map shaded at its texels: colour in linear light with unassociated alpha, or data.
 // @param finish  colour as it is after finish_beauty()
-Image shade(const Scene& scene, const Output& output, Rect part, bool finish, SkyLights skies,
+Image shade(const Scene& scene, const Output& output, Rect part, bool finish, const Shader& shader,
             const RenderControl& control) {
     const HeightField& field = *scene.field;
     const Layer layer = output.layer;
-    const Shader shader(scene, output.transfer, environment_sampling(output), control,
-                        std::move(skies));
     std::shared_ptr<const NearestSolid> nearest;
     if (!field.alpha.empty() && !is_stored(layer)) nearest = nearest_solid(field, control.cache);
 
@@ -337,9 +334,13 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
     const bool is_beauty = output.layer == Layer::beauty;
     const bool finish =
         is_beauty && is_own_size && is_finished_by_colours(output, !field.alpha.empty());
-    SkyLights skies = sky_lights(scene, output, part, control);
+    auto prepared = prepared_solid(scene, control);
+    SkyLights skies = sky_lights(scene, output, part, *prepared, control);
     coarse_directions = coarse_environment(scene, output, skies);
-    Image image = shade(scene, output, part, finish, std::move(skies), control);
+    Image image = shade(scene, output, part, finish,
+                        {scene, output.transfer, environment_sampling(output), control,
+                         std::move(skies), std::move(prepared)},
+                        control);
     if (output.layer == Layer::thickness && !output.linear) cut_thickness(image);
     const Rect window_in_part{window.x - part.x, window.y - part.y, window.width, window.height};
     if (!is_own_size) image = resized(std::move(image), window_in_part, size, control);

@@ -46,10 +46,11 @@ void for_each_run(std::span<const TexelIndex> texels, const Visit& visit) {
 }  // namespace
 
 Shader::Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-               const RenderControl& control, SkyLights skies)
+               const RenderControl& control, SkyLights skies,
+               std::shared_ptr<const PreparedSolid> prepared)
     : scene_(scene),
       field_(*scene.field),
-      prepared_(prepared_solid(scene, control)),
+      prepared_(prepared ? std::move(prepared) : prepared_solid(scene, control)),
       solid_(prepared_->solid),
       packets_(prepared_->packets),
       first_light_samples_(0),

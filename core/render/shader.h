@@ -21,8 +21,10 @@ namespace relit {
 class Shader {
 public:
     /// @param skies  in place of the samples of some lights: one per light, null where there is none
+    /// @param prepared  prepared_solid() of the scene; null: it is asked for here
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
-           const RenderControl& control, SkyLights skies = {});
+           const RenderControl& control, SkyLights skies = {},
+           std::shared_ptr<const PreparedSolid> prepared = nullptr);
 
     /// Whether beauty() and illumination() send rays out.
     [[nodiscard]] bool sends_rays() const { return !samples_.empty() || !suns_.empty(); }

@@ -128,8 +128,9 @@ bool SkyLight::covers(const Scene& scene, const Light& light, const PreparedSoli
            SkyTransfer::covers(prepared.solid, m.depth);
 }
 
-SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, bool has_diffuse,
-                   Rect part, bool preview, const RenderControl& control) {
+SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, const PreparedSolid& prepared,
+                   Sum sum, bool has_diffuse, Rect part, bool preview,
+                   const RenderControl& control) {
     const bool glossy = sum == Sum::weights || scene.material.specular.k > 0;
     std::vector<LightSample> samples = samples_of(
         light, {}, *shared_environment_lights(light, sky_sampling, control.cache), glossy);
@@ -146,15 +147,14 @@ SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, b
             samples, scene.material.specular.falloff, control);
     if (sum == Sum::colours && has_diffuse) suns_ = taken_suns(samples);
     if (has_diffuse)
-        prepare_diffuse(scene, samples, sum == Sum::colours ? scene.material.scatter.k : 0, part,
-                        preview, control);
+        prepare_diffuse(scene, prepared.solid, samples,
+                        sum == Sum::colours ? scene.material.scatter.k : 0, part, preview, control);
 }
 
-void SkyLight::prepare_diffuse(const Scene& scene, const std::vector<LightSample>& samples,
-                               double scattered, Rect part, bool preview,
-                               const RenderControl& control) {
-    const auto prepared = prepared_solid(scene, control);
-    const PreparedSky sky = prepared_sky(scene, prepared->solid, part, preview, control);
+void SkyLight::prepare_diffuse(const Scene& scene, const Solid& solid,
+                               const std::vector<LightSample>& samples, double scattered, Rect part,
+                               bool preview, const RenderControl& control) {
+    const PreparedSky sky = prepared_sky(scene, solid, part, preview, control);
     transfer_ = sky.transfer;
     coarse_directions_ = sky.coarse ? preview_sky.azimuths * preview_sky.elevations : 0;
     SkyWeights weights(transfer_->has_lower_half());

@@ -45,8 +45,8 @@ public:
 
     /// Of the texels of `part`. @pre covers(). @throws Error cancelled
     /// @param has_diffuse  false: diffuse() is not asked for
-    SkyLight(const Scene& scene, const EnvironmentLight& light, Sum sum, bool has_diffuse,
-             Rect part, bool preview, const RenderControl& control);
+    SkyLight(const Scene& scene, const EnvironmentLight& light, const PreparedSolid& prepared,
+             Sum sum, bool has_diffuse, Rect part, bool preview, const RenderControl& control);
 
     /// Lights so small and strong that their shadows are sharper than diffuse() can show: their share
     /// of it is left to whoever sends rays. Only of colours.
@@ -68,8 +68,9 @@ public:
     [[nodiscard]] Rgb scatter() const { return scatter_; }
 
 private:
-    void prepare_diffuse(const Scene& scene, const std::vector<LightSample>& samples,
-                         double scattered, Rect part, bool preview, const RenderControl& control);
+    void prepare_diffuse(const Scene& scene, const Solid& solid,
+                         const std::vector<LightSample>& samples, double scattered, Rect part,
+                         bool preview, const RenderControl& control);
 
     std::shared_ptr<const SkyTransfer> transfer_;
     int coarse_directions_ = 0;

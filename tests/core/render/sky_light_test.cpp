@@ -226,7 +226,8 @@ TEST(SkyLight, ShadowsOfASunAreSharp) {
 TEST(SkyLight, OnlySmallStrongLightsAreSuns) {
     const auto suns = [](std::shared_ptr<const Image> sky) {
         const Scene scene = scene_of(hills(32, 32), std::move(sky));
-        const SkyLight light(scene, std::get<EnvironmentLight>(scene.lights[0]),
+        const PreparedSolid prepared(scene, {executor()});
+        const SkyLight light(scene, std::get<EnvironmentLight>(scene.lights[0]), prepared,
                              SkyLight::Sum::colours, true, {0, 0, 32, 32}, false, {executor()});
         return light.suns().size();
     };
