@@ -1,5 +1,7 @@
 #include "core/image/colour.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace relit {
@@ -38,12 +40,19 @@ const Curve& srgb_curve() {
 
 void encode_srgb(std::span<float> values) {
     const Curve& curve = srgb_curve();
-    for (float& value : values) {
-        const float linear = value > 0 ? value < 1 ? value : 1 : 0;  // NaN is 0
-        const float position = std::sqrt(linear) * curve_steps;
-        const int i = int(position);
-        const float curved = curve[i] + (position - float(i)) * (curve[i + 1] - curve[i]);
-        value = linear <= 0.0031308f ? 12.92f * linear : linear < 1 ? curved : 1;
+    std::array<float, 256> positions;  // apart, so that square roots are taken by the register
+    for (; !values.empty(); values = values.subspan(std::min(positions.size(), values.size()))) {
+        const std::size_t size = std::min(positions.size(), values.size());
+        for (std::size_t k = 0; k < size; ++k) {
+            const float positive = values[k] > 0 ? values[k] : 0;  // NaN is 0
+            values[k] = positive < 1 ? positive : 1;
+        }
+        for (std::size_t k = 0; k < size; ++k) positions[k] = std::sqrt(values[k]) * curve_steps;
+        for (std::size_t k = 0; k < size; ++k) {
+            const int i = int(positions[k]);
+            const float curved = curve[i] + (positions[k] - float(i)) * (curve[i + 1] - curve[i]);
+            values[k] = values[k] <= 0.0031308f ? 12.92f * values[k] : curved;
+        }
     }
 }
 
