@@ -222,11 +222,13 @@ private:
         else if (const auto source = nearest_->find(at.i, at.j)) fringe.add(*source, out);
     }
 
+    // Texels of the part alone: what is prepared of a map may end with it.
     [[nodiscard]] TilePixels filled_up(const TilePixels& some, Rect square) const {
         TilePixels all;
         for (int j = square.y; j < square.y + square.height; ++j)
             for (int i = square.x; i < square.x + square.width; ++i)
-                all.add({std::min(i, field_.width() - 1), std::min(j, field_.height() - 1)},
+                all.add({std::clamp(i, part_.x, part_.x + part_.width - 1),
+                         std::clamp(j, part_.y, part_.y + part_.height - 1)},
                         nullptr);
         for (int k = 0; k < some.size(); ++k) {
             const TexelIndex at = some.sources()[k];
