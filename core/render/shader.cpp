@@ -22,6 +22,17 @@ float stored_number(double value) {
 // A number per texel of a tile.
 struct alignas(64) Numbers : std::array<float, RayTile::max_rays> {};
 
+// ramp() of factors.h in float, for whole tiles.
+class TileRamp {
+public:
+    explicit TileRamp(Falloff falloff)
+        : lo_(float(falloff.lo)), inverse_(float(1 / (falloff.hi - falloff.lo))) {}
+    float operator()(float c) const { return std::min(std::max((c - lo_) * inverse_, 0.0f), 1.0f); }
+
+private:
+    float lo_, inverse_;
+};
+
 // Calls `visit` with each run of texels side by side: the place of its first one in the list, its
 // size, and the first one.
 template <class Visit>
@@ -138,10 +149,8 @@ Vec3 Shader::start(TexelIndex at) const {
 }
 
 void Shader::normal(std::span<const TexelIndex> texels, std::span<float> xyz) const {
-    Numbers x, y;
-    load_slopes(texels, 1, x.data(), y.data());
     for (std::size_t k = 0; k < texels.size(); ++k) {
-        const Vec3 n = normal_from({x[k], y[k]}, scene_.normal_scale);
+        const Vec3 n = normal(texels[k]);
         xyz[k] = float(n.x);
         xyz[k + texels.size()] = float(n.y);
         xyz[k + 2 * texels.size()] = float(n.z);
@@ -224,16 +233,14 @@ struct Shader::Mirrored {
 template <class Add>
 void Shader::for_each_highlight(const LightSample& sample, const RayTile& tile,
                                 const Mirrored& mirrored, const Add& add) const {
-    const float lo = float(scene_.material.specular.falloff.lo);
-    const float inverse =
-        float(1 / (scene_.material.specular.falloff.hi - scene_.material.specular.falloff.lo));
+    const TileRamp ramp(scene_.material.specular.falloff);
     Numbers s;
     const auto add_part = [&](Vec3 at, Rgb radiance, double weight) {
         const Directions light(solid_, at, sample.at_infinity, tile);
         for (int k = 0; k < tile.count; ++k) {
             const float cosine = mirrored.x[k] * light.x[k] + mirrored.y[k] * light.y[k] +
                                  mirrored.z[k] * light.z[k];
-            s[k] = std::min(std::max((cosine - lo) * inverse, 0.0f), 1.0f);
+            s[k] = ramp(cosine);
         }
         add(s.data(), radiance, weight);
     };
@@ -249,12 +256,9 @@ void Shader::fill_matt_share(const LightSample& sample, const RayTile& tile,
     std::fill(share.begin(), share.end(), matt);
     if (scatter.k == 0) return;
     const Directions light(solid_, sample.at, sample.at_infinity, tile);
-    const float k_f = float(scatter.k), lo = float(scatter.falloff.lo);
-    const float inverse = float(1 / (scatter.falloff.hi - scatter.falloff.lo));
-    for (int k = 0; k < tile.count; ++k) {
-        const float f = std::min(std::max((-light.z[k] - lo) * inverse, 0.0f), 1.0f);
-        share[k] = matt * ((1 - k_f) + k_f * f);
-    }
+    const float k_f = float(scatter.k);
+    const TileRamp ramp(scatter.falloff);
+    for (int k = 0; k < tile.count; ++k) share[k] = matt * ((1 - k_f) + k_f * ramp(-light.z[k]));
 }
 
 // What skies light: all of it but their suns' share of the matt colour.
@@ -318,12 +322,15 @@ void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& s
     Sums diffuse, glossy;
     add_skies(texels, mirrored.has_value(), diffuse, glossy);
     const std::span<float> shares(share.data(), texels.size());
+    const auto add_matt = [&](const LightSample& light) {
+        for (int k = 0; k < tile.count; ++k) share[k] *= d[k];
+        diffuse.add(tile.count, share.data(), light.radiance);
+    };
     for (const LightSample& sun : suns_) {
         if (stop.stop_requested()) break;
         fill_matt_share(sun, tile, shares);
         illuminate(sun, texels, tile, {d.data(), texels.size()});
-        for (int k = 0; k < tile.count; ++k) share[k] *= d[k];
-        diffuse.add(tile.count, share.data(), sun.radiance);
+        add_matt(sun);
     }
     for (const LightSample& sample : samples_) {
         if (sample.radiance == Rgb{}) continue;
@@ -341,8 +348,7 @@ void Shader::beauty(std::span<const TexelIndex> texels, const std::stop_token& s
             needs_d = mirrored && is_lit(k);
         if (needs_d) illuminate(sample, texels, tile, {d.data(), texels.size()});
         else d.fill(0);
-        for (int k = 0; k < tile.count; ++k) share[k] *= d[k];
-        diffuse.add(tile.count, share.data(), sample.radiance);
+        add_matt(sample);
         if (!mirrored) continue;
         for (int k = 0; k < tile.count; ++k) {
             const float lit = m.specular.occlude ? d[k] : 1;
