@@ -45,6 +45,14 @@ public:
         sources_[size_] = source;
         out_[size_++] = pixel;
     }
+    /// `count` texels side by side from `source` on, and their pixels of so many channels.
+    void add_row(TexelIndex source, float* pixels, int count, int channels) {
+        for (int k = 0; k < count; ++k) {
+            sources_[size_ + k] = {source.i + k, source.j};
+            out_[size_ + k] = pixels + std::size_t(k) * channels;
+        }
+        size_ += count;
+    }
     [[nodiscard]] int size() const { return size_; }
     [[nodiscard]] std::span<const TexelIndex> sources() const {
         return {sources_.data(), std::size_t(size_)};
@@ -190,6 +198,35 @@ int square_of(TexelIndex at, const HeightField& field) {
     return at.j / tile_size * (field.width() / tile_size + 1) + at.i / tile_size;
 }
 
+// The squares of a picture in the order they are shaded in: neighbours look at the same part of the
+// map, so squares come in blocks of `side` x `side` whose part of it stays in a core's cache.
+class SquareOrder {
+public:
+    explicit SquareOrder(Rect part)
+        : first_x_(part.x / tile_size),
+          first_y_(part.y / tile_size),
+          across_((part.x + part.width - 1) / tile_size - first_x_ + 1),
+          down_((part.y + part.height - 1) / tile_size - first_y_ + 1) {}
+
+    [[nodiscard]] int count() const { return across_ * down_; }
+
+    // Texels of the n-th square.
+    [[nodiscard]] Rect at(int n) const {
+        const int top = n / (across_ * side) * side;  // of the row of blocks
+        const int height = std::min(side, down_ - top);
+        const int in_row = n - top * across_;
+        const int left = in_row / (side * height) * side;
+        const int width = std::min(side, across_ - left);
+        const int in_block = in_row - left * height;
+        return {(first_x_ + left + in_block % width) * tile_size,
+                (first_y_ + top + in_block / width) * tile_size, tile_size, tile_size};
+    }
+
+private:
+    static constexpr int side = 8;
+    int first_x_, first_y_, across_, down_;
+};
+
 // A picture of a part of the map, shaded square by square.
 class PartShading {
 public:
@@ -203,8 +240,17 @@ public:
     void shade_square(Rect square, const Shade& shade) const {
         const Rect wanted = intersection(square, part_);
         TilePixels own, fringe;
-        for (int j = wanted.y; j < wanted.y + wanted.height; ++j)
-            for (int i = wanted.x; i < wanted.x + wanted.width; ++i) add_pixel({i, j}, own, fringe);
+        for (int j = wanted.y; j < wanted.y + wanted.height; ++j) {
+            float* pixels =
+                &image_.row(j - part_.y)[std::size_t(wanted.x - part_.x) * image_.channels];
+            for (int n = 0; n < wanted.width * image_.channels; n += line)
+                __builtin_prefetch(pixels + n, 1);  // written when all is shaded
+            if (field_.alpha.empty())
+                own.add_row({wanted.x, j}, pixels, wanted.width, image_.channels);
+            else
+                for (int n = 0; n < wanted.width; ++n)
+                    add_pixel({wanted.x + n, j}, pixels + n * image_.channels, own, fringe);
+        }
         // Packets like whole squares.
         if (own.size() * 4 >= RayTile::max_rays && own.size() < RayTile::max_rays)
             shade(filled_up(own, square));
@@ -213,10 +259,9 @@ public:
     }
 
 private:
-    void add_pixel(TexelIndex at, TilePixels& own, TilePixels& fringe) const {
-        const float alpha = field_.alpha.empty() ? 1 : field_.alpha.at(at.i, at.j);
+    void add_pixel(TexelIndex at, float* out, TilePixels& own, TilePixels& fringe) const {
+        const float alpha = field_.alpha.at(at.i, at.j);
         if (alpha == 0) return;  // colour and data are 0
-        float* out = &image_.row(at.j - part_.y)[std::size_t(at.i - part_.x) * image_.channels];
         if (image_.channels == 4) out[3] = alpha;
         if (!nearest_ || field_.is_solid(at.i, at.j)) own.add(at, out);
         else if (const auto source = nearest_->find(at.i, at.j)) fringe.add(*source, out);
@@ -246,6 +291,7 @@ private:
         return squares;
     }
 
+    static constexpr int line = 16;  // floats of a line of the cache
     const HeightField& field_;
     const NearestSolid* nearest_;
     const Rect part_;
@@ -280,15 +326,11 @@ Image shade(const Scene& scene, const Output& output, Rect part, bool finish, co
         return image;
     }
     const PartShading shading(field, nearest.get(), part, image);
-    const int first_x = part.x / tile_size, first_y = part.y / tile_size;
-    const int across = (part.x + part.width - 1) / tile_size - first_x + 1;
-    const int down = (part.y + part.height - 1) / tile_size - first_y + 1;
-    Progress progress(control.progress, across * down);
-    parallel_rows(control.executor, across * down, control.stop, [&](RowRange tiles) {
-        for (int n = tiles.begin; n < tiles.end; ++n) {
-            const Rect square{(first_x + n % across) * tile_size,
-                              (first_y + n / across) * tile_size, tile_size, tile_size};
-            shading.shade_square(square, [&](const TilePixels& pixels) {
+    const SquareOrder squares(part);
+    Progress progress(control.progress, squares.count());
+    parallel_rows(control.executor, squares.count(), control.stop, [&](RowRange range) {
+        for (int n = range.begin; n < range.end; ++n) {
+            shading.shade_square(squares.at(n), [&](const TilePixels& pixels) {
                 shade_tile(shader, field, output, finish, pixels, control.stop);
             });
             progress.tile_done();

@@ -96,11 +96,7 @@ RayTile Shader::starts(std::span<const TexelIndex> texels) const {
     tile.column = texels[0].i / side * side;
     tile.row = texels[0].j / side * side;
     tile.count = int(texels.size());
-    // A tile's rows lie far apart in memory: ask for all of them before waiting for the first.
-    for (std::size_t k = 0; k < texels.size(); k += side) {
-        __builtin_prefetch(&prepared_->slopes.row(texels[k].j)[2 * std::size_t(texels[k].i)]);
-        __builtin_prefetch(&solid_.z.row(texels[k].j + 1)[texels[k].i + 1]);
-    }
+    prefetch_next(tile);
     for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
         assert(at.i / side * side == tile.column && at.j / side * side == tile.row);
         std::copy_n(&solid_.z.row(at.j + 1)[at.i + 1], size, &tile.z[k]);
@@ -110,6 +106,22 @@ RayTile Shader::starts(std::span<const TexelIndex> texels) const {
     });
     sink(texels, tile);
     return tile;
+}
+
+// Rows of a square lie far apart in memory: asks for those of the one on the right, which is likely
+// to be the next, while this one is shaded.
+void Shader::prefetch_next(const RayTile& tile) const {
+    constexpr int side = RayTile::side;
+    const int i = tile.column + side;
+    if (i >= solid_.width) return;
+    const bool sinks_along_normals = scene_.material.offset == Offset::normal;
+    for (int j = tile.row; j < std::min(tile.row + side, solid_.height); ++j) {
+        __builtin_prefetch(&solid_.z.row(j + 1)[i + 1]);
+        if (!sinks_along_normals) continue;
+        const float* slopes = &prepared_->slopes.row(j)[2 * std::size_t(i)];
+        __builtin_prefetch(slopes);
+        __builtin_prefetch(slopes + side);
+    }
 }
 
 void Shader::load_slopes(std::span<const TexelIndex> texels, float scale, float* x,

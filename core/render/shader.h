@@ -56,6 +56,7 @@ private:
     void add_skies(std::span<const TexelIndex> texels, bool is_glossy, Sums& diffuse,
                    Sums& glossy) const;
     [[nodiscard]] RayTile starts(std::span<const TexelIndex> texels) const;
+    void prefetch_next(const RayTile& tile) const;
     void sink(std::span<const TexelIndex> texels, RayTile& tile) const;
     void load_slopes(std::span<const TexelIndex> texels, float scale, float* x, float* y) const;
     void illuminate(const LightSample& sample, std::span<const TexelIndex> texels,

@@ -14,6 +14,7 @@ namespace {
 using kernels::Bounds;
 
 constexpr int margin = kernels::grid_margin;
+constexpr int line = 16;  // floats of a line of the cache
 constexpr int block = Solid::block_size;
 
 // A height with the mask in its lowest bit.
@@ -62,8 +63,10 @@ Vec3 start_of(const Solid& solid, const RayTile& tile, int k) {
 }  // namespace
 
 struct PacketSolid::Copy {
-    std::unique_ptr<float[]> z;
+    std::unique_ptr<float[]> memory;
+    float* z = nullptr;  // grid point (0, 0)
     std::vector<Bounds> near, far;
+    std::vector<float> bend;
     kernels::Grid grid;
 
     Copy(const Solid& solid, bool exchanged, const Executor& executor) {
@@ -74,11 +77,16 @@ struct PacketSolid::Copy {
         // An odd number of cache lines: columns of a power of two would share the same few sets.
         grid.pitch = (margin + points_across + 2 * kernels::grid_window + 15) / 16 * 16;
         if (grid.pitch / 16 % 2 == 0) grid.pitch += 16;
-        z = std::make_unique_for_overwrite<float[]>(std::size_t(grid.pitch) * points_down);
-        grid.z = z.get() + margin;
+        std::size_t space = (std::size_t(grid.pitch) * points_down + line) * sizeof(float);
+        memory = std::make_unique_for_overwrite<float[]>(space / sizeof(float));
+        void* start = memory.get();
+        z = static_cast<float*>(std::align(line * sizeof(float), line, start, space)) + margin;
+        grid.z = z;
         fill_heights(solid, exchanged, executor);
         fill_bounds(solid, exchanged);
+        fill_bend(executor);
         grid.near = near.data();
+        grid.bend = bend.data();
         grid.far = far.data();
     }
 
@@ -128,12 +136,44 @@ struct PacketSolid::Copy {
             for (int p = 0; p < across; ++p) far.push_back(wide(p, q, 8, 4));
     }
 
-    [[nodiscard]] std::uint64_t bytes() const {
-        return std::uint64_t(grid.pitch) * (grid.rows + 1) * sizeof(float) +
-               (near.size() + far.size()) * sizeof(Bounds);
+    // After the heights and the bounds.
+    void fill_bend(const Executor& executor) {
+        const int across = grid.bounds_across, down = int(near.size()) / across;
+        std::vector<float> small(near.size());
+        bend.resize(near.size());
+        parallel_rows(executor, down, {}, [&](RowRange rows) {
+            for (int q = rows.begin; q < rows.end; ++q) {
+                float* of_row = &small[std::size_t(q) * across];
+                for (int p = 0; p < across; ++p) of_row[p] = bend_of_block(p * block, q * block);
+                for (int p = 0; p < across; ++p)
+                    bend[std::size_t(q) * across + p] =
+                        *std::max_element(of_row + p, of_row + std::min(p + 4, across));
+            }
+        });
     }
 
-    float* row(int v) { return z.get() + margin + std::size_t(v) * grid.pitch; }
+    // Most by which the slope along a row changes from a cell to the next, or to the next row.
+    float bend_of_block(int u0, int v0) {
+        float most = 0;
+        const int last_row = std::min(v0 + block, grid.rows);
+        for (int v = v0; v <= last_row; ++v) {
+            const float* z = row(v) + u0;
+            const float* below = row(std::min(v + 1, last_row)) + u0;
+            for (int u = 0; u < block; ++u) {
+                const float slope = z[u + 1] - z[u];
+                most = std::max(most, std::abs(z[u + 2] - z[u + 1] - slope));
+                most = std::max(most, std::abs(below[u + 1] - below[u] - slope));
+            }
+        }
+        return most;
+    }
+
+    [[nodiscard]] std::uint64_t bytes() const {
+        return std::uint64_t(grid.pitch) * (grid.rows + 1) * sizeof(float) +
+               (near.size() + far.size()) * sizeof(Bounds) + bend.size() * sizeof(float);
+    }
+
+    float* row(int v) { return z + std::size_t(v) * grid.pitch; }
 };
 
 PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd)
@@ -183,6 +223,14 @@ void PacketSolid::inside_lengths(const RayTarget& target, const RayTile& tile,
     const kernels::Tile rays{tile.column + 1,   tile.row + 1,     tile.count,
                              tile.right.data(), tile.down.data(), tile.z.data()};
     march_tile_(lit_by(target), rays, r.data());
+    int left = 0;
+    for (int k = 0; k < tile.count; ++k) left += std::isnan(r[k]) ? 1 : 0;
+    if (left > 0) fill_left(target, tile, r);
+}
+
+// Rays that are not for tiles: those of `r` that are not a number.
+void PacketSolid::fill_left(const RayTarget& target, const RayTile& tile,
+                            std::span<float> r) const noexcept {
     std::array<Vec3, RayTile::max_rays> from;
     std::array<double, RayTile::max_rays> lengths;
     std::array<int, RayTile::max_rays> left;

@@ -71,6 +71,7 @@ private:
     kernels::March* march_;
     kernels::TileMarch* march_tile_;
 
+    void fill_left(const RayTarget& target, const RayTile& tile, std::span<float> r) const noexcept;
     [[nodiscard]] kernels::Scenery lit_by(const RayTarget& target) const;
 };
 

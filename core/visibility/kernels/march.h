@@ -21,15 +21,18 @@ struct Bounds {
 /// `2 * grid_window` on the right. With a mask the lowest bit of a height says whether its texel is
 /// material.
 struct Grid {
-    const float* z = nullptr;   ///< grid point (0, 0)
+    const float* z = nullptr;   ///< grid point (0, 0), at the beginning of a line of the cache
     int pitch = 0;              ///< floats from row to row
     int columns = 0, rows = 0;  ///< cells
     const Bounds* near =
         nullptr;  ///< 8 rows of cells x 32 columns, from every 8th row and column on
+    /// Most by which the slope along a row changes from a cell of such a block to its neighbour in
+    /// the row or in the column, scene units a texel.
+    const float* bend = nullptr;
     const Bounds* far = nullptr;  ///< 32 rows x 64 columns, from every 32nd row and 8th column on
     int bounds_across = 0;        ///< entries per row of either table
 };
-inline constexpr int grid_margin = 8;
+inline constexpr int grid_margin = 16;
 inline constexpr int grid_window = 32;
 
 /// All that the rays of a call have in common.

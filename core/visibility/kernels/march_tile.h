@@ -279,11 +279,11 @@ RELIT_INLINE Floats inner_steps_inside(const TileWay& way, Packet& p, const Hull
             if (hull.begun <= float(done) && hull.z.most(float(done + near)) < bounds.bottom) {
                 sums.whole = sums.whole + broadcast(float(near));
             } else {
-                const Stretch stretch{row,       near, broadcast(float(done)) - p.lag,
-                                      all_lanes, left, right};
-                if (right - left + 2 <= window_size)
-                    march_steps<masked, Window>(p, grid, stretch, sums);
-                else march_steps<masked, Gather>(p, grid, stretch, sums);
+                const float bend = bend_of(
+                    grid.bend + long(cell_row / near_rows) * grid.bounds_across, left, right);
+                const Stretch stretch{row,   near, broadcast(float(done)) - p.lag, all_lanes, left,
+                                      right, bend};
+                march_stretch<masked>(p, grid, stretch, hull.begun <= float(done), sums);
             }
         }
         done += near;
@@ -298,10 +298,12 @@ RELIT_INLINE void transpose(const float* from, float* to) {
         for (int k = 0; k < tile_side; ++k) to[i * tile_side + k] = from[k * tile_side + i];
 }
 
-// r of the rays that go this way, into their places of `r`.
+// r of the rays that go this way, into their places of `r`. Never inlined: one copy of the march stays
+// in the processor's cache of instructions.
 template <bool masked>
-RELIT_INLINE void march_way(const Scenery& s, const TileWay& way, int count, const float* along,
-                            const float* across, const float* z, float* r) {
+__attribute__((noinline)) void march_way(const Scenery& s, const TileWay& way, int count,
+                                         const float* along, const float* across, const float* z,
+                                         float* r) {
     for (int k = 0; k < count; k += lanes) {
         TileRays rays = tile_rays(way, load(along + k), load(across + k), load(z + k),
                                   masked && s.endless_ground);
@@ -357,16 +359,23 @@ RELIT_INLINE void prefetch_next(const Grid& grid, int column, int row, bool by_c
 template <bool masked>
 void march_square(const Scenery& s, const Tile& tile, float* r) {
     constexpr float none = -1;  // no ray of the way that was marched
-    alignas(64) float right[max_rays], down[max_rays], z[max_rays], found[max_rays];
-    alignas(64) float across[max_rays], along[max_rays], height[max_rays], turned[max_rays];
+    alignas(64) float found[max_rays], turned[max_rays];
+    alignas(64) float across[max_rays], along[max_rays], height[max_rays];
+    alignas(64) float padded[3][max_rays];
     const int count = (tile.count + lanes - 1) / lanes * lanes;
-    for (int k = 0; k < count; ++k) {
-        const int at = k < tile.count ? k : tile.count - 1;
-        right[k] = tile.right[at];
-        down[k] = tile.down[at];
-        z[k] = tile.z[at];
-        found[k] = turned[k] = none;
+    const float *right = tile.right, *down = tile.down, *z = tile.z;
+    if (count != tile.count) {
+        for (int k = 0; k < count; ++k) {
+            const int at = k < tile.count ? k : tile.count - 1;
+            padded[0][k] = tile.right[at];
+            padded[1][k] = tile.down[at];
+            padded[2][k] = tile.z[at];
+        }
+        right = padded[0];
+        down = padded[1];
+        z = padded[2];
     }
+    for (int k = 0; k < count; ++k) found[k] = turned[k] = none;
     const unsigned ways = ways_of(s, tile, count, right, down);
     if (ways & 3) prefetch_next(s.by_rows, tile.column, tile.row, false);
     if (ways >> 2) prefetch_next(s.by_columns, tile.row, tile.column, true);

@@ -78,18 +78,18 @@ RELIT_INLINE Floats part_inside(const Packet& p, const Step& step, Mask wanted) 
     const Floats x_end = x + end * p.slide;
     const Floats inverse_slide = one / p.slide;
 
-    const auto crossing = [&](Floats from, Floats to, Floats shift) {
+    const auto crossing = [&](Floats from, Floats to, Floats shift) RELIT_INLINE_LAMBDA {
         const Floats a = floor(from + shift), b = floor(to + shift);
         const Floats line = max(a, b) - shift;
         const Floats t = min(max((line - x) * inverse_slide, zero), end);
         return select(a == b, end, t);
     };
-    const auto piece = [&](Floats from, Floats to) {
+    const auto piece = [&](Floats from, Floats to) RELIT_INLINE_LAMBDA {
         const Floats middle = half * (from + to);
         const Floats x_middle = x + middle * p.slide;
         const Floats column = floor(x_middle);
         const Mask in_first = column == step.first.column;
-        const auto corner = [&](Floats Cell::*height) {
+        const auto corner = [&](Floats Cell::*height) RELIT_INLINE_LAMBDA {
             return select(in_first, step.first.*height, step.last.*height);
         };
         const Floats z00 = corner(&Cell::z00), z10 = corner(&Cell::z10);
@@ -121,14 +121,15 @@ RELIT_INLINE Floats part_inside(const Packet& p, const Step& step, Mask wanted) 
 // for all, so it waits until a lane has a second one.
 struct OpenSteps {
     Mask any = ~all_lanes;
-    Step step = {};
+    Step step;  // of those; of the others whatever was there
 
     // @param first, last  columns where the step begins and ends, and their places in the rows
     template <class Row>
     RELIT_INLINE void add(Mask more, Floats n, Floats first, Ints at_first, Floats last,
                           Ints at_last, const Row& upper, const Row& lower) {
-        const auto keep = [&](Floats& kept, Floats a) { kept = select(more, a, kept); };
-        const auto keep_cell = [&](Cell& cell, Floats column, Ints at) {
+        const auto keep = [&](Floats& kept, Floats a)
+                              RELIT_INLINE_LAMBDA { kept = select(more, a, kept); };
+        const auto keep_cell = [&](Cell& cell, Floats column, Ints at) RELIT_INLINE_LAMBDA {
             const Ints beside = at + broadcast(1);
             keep(cell.column, column);
             keep(cell.z00, upper(at));
@@ -159,6 +160,7 @@ struct Stretch {
     Floats n;         // the first step's number per lane
     Mask relevant;    // lanes that have a part of their way there
     int left, right;  // columns of cells that they touch
+    float bend = 0;   // of those, see Grid; for what is marched
 };
 
 RELIT_INLINE Stretch stretch(const Packet& p, const Grid& grid, int row, int done, int steps) {
@@ -194,6 +196,16 @@ RELIT_INLINE Bounds bounds_of(const Bounds* table_row, int left, int right, int 
         bounds.bottom = more.bottom < bounds.bottom ? more.bottom : bounds.bottom;
     }
     return bounds;
+}
+
+// The same of how the surface bends.
+RELIT_INLINE float bend_of(const float* table_row, int left, int right) {
+    const int first = left / near_rows;
+    float bend = table_row[first];
+    for (int next = first + near_columns / near_rows; next * near_rows <= right;
+         next += near_columns / near_rows)
+        bend = table_row[next] > bend ? table_row[next] : bend;
+    return bend;
 }
 
 // Whether all lanes pass the stretch wholly above or wholly inside; adds to `whole` if so.

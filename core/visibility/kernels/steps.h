@@ -19,82 +19,149 @@ struct Sums {
 // So many steps of each ray are looked at more closely: here a short way in or out changes d most.
 constexpr float careful_steps = 16;
 
-// Steps are solved for wherever the way begins, ends, or may cross the surface or a mask's edge.
-template <bool masked, class Row>
-RELIT_INLINE void march_steps(const Packet& p, const Grid& grid, const Stretch& s, Sums& sums) {
-    const Floats zero = broadcast(0.0f), one = broadcast(1.0f);
-    const long pitch = long(p.sign) * grid.pitch;
-    const float* first = grid.z + long(s.row) * grid.pitch + s.left;
-    const Ints base = p.column - broadcast(s.left);
-    const int rightmost = s.right - s.left;
-    const Floats quarter_slide = broadcast(0.25f) * p.slide;
-    // No lane begins or ends here.
-    const bool is_inner =
-        all(~s.relevant |
-            ((p.first_whole <= s.n) & (s.n + broadcast(float(s.steps - 1)) <= p.last_whole)));
-    const bool careful = any(s.relevant & (s.n < broadcast(careful_steps)));
-
-    Floats excess[near_rows + 1], across[near_rows + 1], columns[near_rows + 1];
-    Ints place[near_rows + 1];
+// Where the rays of a stretch cross its rows.
+struct Crossings {
+    Floats excess[near_rows + 1];  // of the surface over the ray
+    Floats across[near_rows + 1];  // slope of the surface along the row
+    Floats columns[near_rows + 1];
+    Ints place[near_rows + 1];  // of the columns, from the first one of the rows
     Mask solid[near_rows + 1], material[near_rows + 1];
+};
+
+// The grid's rows of a stretch, from its first column on.
+struct Rows {
+    const float* first;
+    long pitch;
+    RELIT_INLINE const float* operator[](int k) const { return first + k * pitch; }
+};
+
+template <bool masked, class Row>
+RELIT_INLINE void cross_rows(const Packet& p, const Rows& rows, const Stretch& s, Crossings& c) {
+    const Ints base = p.column - broadcast(s.left);
     for (int k = 0; k <= s.steps; ++k) {
         const Floats n = s.n + broadcast(float(k));
         const Floats x = p.x_at(n);
-        const Floats column = floor(x);
-        const Row row(first + k * pitch);
-        const Ints at = row.place(to_ints(column) + base, rightmost);
-        place[k] = at;
-        const Floats z0 = row(at), z1 = row(at + broadcast(1));
-        columns[k] = column;
-        across[k] = z1 - z0;
-        excess[k] = (z0 + (x - column) * across[k]) - p.z_at(n);
+        c.columns[k] = floor(x);
+        const Row row(rows[k]);
+        c.place[k] = row.place(to_ints(c.columns[k]) + base, s.right - s.left);
+        const Floats z0 = row(c.place[k]), z1 = row(c.place[k] + broadcast(1));
+        c.across[k] = z1 - z0;
+        c.excess[k] = (z0 + (x - c.columns[k]) * c.across[k]) - p.z_at(n);
         if constexpr (masked) {
-            solid[k] = lowest_bit(z0) & lowest_bit(z1);
-            material[k] = lowest_bit(z0) | lowest_bit(z1);
+            c.solid[k] = lowest_bit(z0) & lowest_bit(z1);
+            c.material[k] = lowest_bit(z0) | lowest_bit(z1);
         }
     }
+}
+
+// What is told of a step: which lanes lie inside all along, and for which it has to be solved.
+struct Verdict {
+    Mask is_whole, is_open;
+};
+
+// @param low, high  bounds of the surface's excess on step k
+template <bool masked>
+RELIT_INLINE Verdict verdict(const Crossings& c, int k, Floats low, Floats high) {
+    const Floats zero = broadcast(0.0f);
+    const Mask touches_inside = zero < high, is_inside = zero < low;
+    if constexpr (!masked) return {is_inside, touches_inside & ~is_inside};
+    const Mask is_whole = is_inside & c.solid[k] & c.solid[k + 1];
+    const Mask some_material = c.material[k] | c.material[k + 1];
+    return {is_whole, touches_inside & some_material & ~is_whole};
+}
+
+// Adds the lanes of step n that lie inside all along, and opens the ends of ways. What is left of the
+// step that a way begins in is the first that is added to its parts, in any company.
+template <bool whole_way>
+RELIT_INLINE void add_whole(const Packet& p, Floats n, Mask active, Verdict& v, Sums& sums) {
+    const Floats one = broadcast(1.0f);
+    if constexpr (!whole_way) {
+        const Mask begins = n < p.first_whole, ends = p.last_whole < n;
+        const Mask is_rest = v.is_whole & begins & ~ends & active;
+        sums.parts = select(is_rest, sums.parts + (one - p.begin), sums.parts);
+        v.is_open = (v.is_open | begins | ends) & active & ~is_rest;
+        v.is_whole = v.is_whole & active & ~(begins | ends);
+    }
+    sums.whole = select(v.is_whole, sums.whole + one, sums.whole);
+}
+
+// Tells what bounds of the whole stretch tell.
+// @return bit k: for some lane step k is not told; which, is in `unclear`
+template <bool masked, bool whole_way>
+RELIT_INLINE unsigned tell_steps(const Packet& p, const Stretch& s, const Crossings& c, Sums& sums,
+                                 Mask (&unclear)[near_rows]) {
+    const Floats zero = broadcast(0.0f);
+    // However the surface bends between two rows, it is no farther from what it is at their ends.
+    const Floats reach = magnitude(p.slide) * broadcast(0.25f * 5.01f * s.bend);
+    unsigned open = 0;
     for (int k = 0; k < s.steps; ++k) {
         const Floats n = s.n + broadcast(float(k));
-        Mask active = s.relevant, is_part = ~all_lanes;
-        if (!is_inner) {
-            active = (zero <= n) & (n <= p.last);
-            is_part = (n < p.first_whole) | (p.last_whole < n);
-        }
-        // Within a cell the surface leaves the straight line by a parabola, where a column is
-        // crossed by a kink; both reach this far.
-        const Floats bulge = quarter_slide * (across[k] - across[k + 1]);
-        Floats low = min(excess[k], excess[k + 1]) + min(bulge, zero);
-        Floats high = max(excess[k], excess[k + 1]) + max(bulge, zero);
-        if (careful) {
-            // The parabolas on both sides of a kink.
-            const Row upper(first + k * pitch), lower(first + (k + 1) * pitch);
-            const auto slope = [&](const Row& row, Ints at) {
-                return row(at + broadcast(1)) - row(at);
-            };
-            const Floats twist = magnitude(slope(lower, place[k]) - across[k]) +
-                                 magnitude(slope(upper, place[k + 1]) - across[k + 1]);
-            const Mask counts = (n < broadcast(careful_steps)) & ~(columns[k] == columns[k + 1]);
-            const Floats more = select(counts, magnitude(quarter_slide) * twist, zero);
-            low = low - more;
-            high = high + more;
-        }
-        const Mask touches_inside = zero < high;
-        Mask is_whole = zero < low;
-        Mask unclear = (touches_inside & ~is_whole) | is_part;
-        if constexpr (masked) {
-            const Mask all_solid = solid[k] & solid[k + 1];
-            const Mask some_solid = material[k] | material[k + 1];
-            unclear = (touches_inside & some_solid & ~(is_whole & all_solid)) | is_part;
-            is_whole = is_whole & all_solid;
-        }
-        sums.whole = select(active & is_whole & ~is_part, sums.whole + one, sums.whole);
-        unclear = unclear & active;
-        if (any(unclear)) {
-            if (any(unclear & sums.open.any)) sums.open.template solve<masked>(p, sums.parts);
-            sums.open.add(unclear, n, columns[k], place[k], columns[k + 1], place[k + 1],
-                          Row(first + k * pitch), Row(first + (k + 1) * pitch));
-        }
+        Verdict v = verdict<masked>(c, k, min(c.excess[k], c.excess[k + 1]) - reach,
+                                    max(c.excess[k], c.excess[k + 1]) + reach);
+        add_whole<whole_way>(p, n, s.relevant & (zero <= n) & (n <= p.last), v, sums);
+        unclear[k] = v.is_open;
+        open |= unsigned(any(v.is_open)) << k;
     }
+    return open;
+}
+
+// The same for the lanes of one step, as well as the cells that they cross can tell.
+// @param careful  some lane is near its start
+template <bool masked, bool whole_way, class Row>
+RELIT_INLINE void look_closer(const Packet& p, const Rows& rows, Floats n, int k, bool careful,
+                              Mask unclear, const Crossings& c, Sums& sums) {
+    const Floats zero = broadcast(0.0f), quarter_slide = broadcast(0.25f) * p.slide;
+    const Row upper(rows[k]), lower(rows[k + 1]);
+    // Within a cell the surface leaves the straight line by a parabola, where a column is
+    // crossed by a kink; both reach this far.
+    const Floats bulge = quarter_slide * (c.across[k] - c.across[k + 1]);
+    Floats low = min(c.excess[k], c.excess[k + 1]) + min(bulge, zero);
+    Floats high = max(c.excess[k], c.excess[k + 1]) + max(bulge, zero);
+    if (careful) {
+        // The parabolas on both sides of a kink.
+        const auto slope = [&](const Row& row, Ints at) {
+            return row(at + broadcast(1)) - row(at);
+        };
+        const Floats twist = magnitude(slope(lower, c.place[k]) - c.across[k]) +
+                             magnitude(slope(upper, c.place[k + 1]) - c.across[k + 1]);
+        const Mask counts = (n < broadcast(careful_steps)) & ~(c.columns[k] == c.columns[k + 1]);
+        const Floats more = select(counts, magnitude(quarter_slide) * twist, zero);
+        low = low - more;
+        high = high + more;
+    }
+    Verdict v = verdict<masked>(c, k, low, high);
+    v.is_whole = v.is_whole & unclear;
+    v.is_open = v.is_open & unclear;
+    add_whole<whole_way>(p, n, unclear, v, sums);
+    if (!any(v.is_open)) return;
+    if (any(v.is_open & sums.open.any)) sums.open.template solve<masked>(p, sums.parts);
+    sums.open.add(v.is_open, n, c.columns[k], c.place[k], c.columns[k + 1], c.place[k + 1], upper,
+                  lower);
+}
+
+// Steps are solved for wherever the way begins, ends, or may cross the surface or a mask's edge.
+template <bool masked, bool whole_way, class Row>
+RELIT_INLINE void march_steps(const Packet& p, const Grid& grid, const Stretch& s, Sums& sums) {
+    const Rows rows{grid.z + long(s.row) * grid.pitch + s.left, long(p.sign) * grid.pitch};
+    Crossings crossings;
+    cross_rows<masked, Row>(p, rows, s, crossings);
+    Mask unclear[near_rows];
+    unsigned open = tell_steps<masked, whole_way>(p, s, crossings, sums, unclear);
+    const bool careful = open != 0 && any(s.relevant & (s.n < broadcast(careful_steps)));
+    for (; open != 0; open &= open - 1) {
+        const int k = __builtin_ctz(open);
+        look_closer<masked, whole_way, Row>(p, rows, s.n + broadcast(float(k)), k, careful,
+                                            unclear[k], crossings, sums);
+    }
+}
+
+// @param whole_way  no lane begins or ends on the stretch
+template <bool masked>
+RELIT_INLINE void march_stretch(const Packet& p, const Grid& grid, const Stretch& s, bool whole_way,
+                                Sums& sums) {
+    if (s.right - s.left + 2 > window_size) march_steps<masked, false, Gather>(p, grid, s, sums);
+    else if (whole_way) march_steps<masked, true, Window>(p, grid, s, sums);
+    else march_steps<masked, false, Window>(p, grid, s, sums);
 }
 
 // Steps of each lane that lie inside.
@@ -123,12 +190,13 @@ RELIT_INLINE Floats steps_inside(const Packet& p, const Grid& grid, int first_ro
                 continue;
             }
         }
-        const Stretch s = stretch(p, grid, row, done, near);
+        Stretch s = stretch(p, grid, row, done, near);
         const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
         is_clear = passes(p, s, bounds_of(table, s.left, s.right, near_columns), sums.whole);
         if (!is_clear) {
-            if (s.right - s.left + 2 <= window_size) march_steps<masked, Window>(p, grid, s, sums);
-            else march_steps<masked, Gather>(p, grid, s, sums);
+            s.bend = bend_of(grid.bend + long(cell_row / near_rows) * grid.bounds_across, s.left,
+                             s.right);
+            march_stretch<masked>(p, grid, s, false, sums);
         }
         done += near;
     }

@@ -4,6 +4,7 @@
 #include <immintrin.h>
 
 #define RELIT_INLINE inline __attribute__((always_inline))
+#define RELIT_INLINE_LAMBDA __attribute__((always_inline))
 
 namespace relit::kernels {
 namespace {

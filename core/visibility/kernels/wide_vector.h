@@ -7,6 +7,7 @@
 #endif
 
 #define RELIT_INLINE inline __attribute__((always_inline))
+#define RELIT_INLINE_LAMBDA __attribute__((always_inline))
 
 namespace relit::kernels {
 namespace {
