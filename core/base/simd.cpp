@@ -27,11 +27,6 @@ std::vector<Simd> available_simd() {
     return available;
 }
 
-Simd best_simd() {
-    static const Simd best = available_simd().back();
-    return best;
-}
-
 std::string_view name_of(Simd simd) {
     switch (simd) {
         case Simd::portable:
