@@ -101,7 +101,7 @@ FrameFolder::~FrameFolder() { ::close(records_); }
 
 std::string FrameFolder::path_of(const std::string& name) const { return fs::path(folder_) / name; }
 
-std::vector<Frame> FrameFolder::missing(const std::vector<Frame>& frames) const {
+std::vector<Frame> FrameFolder::missing(std::span<const Frame> frames) const {
     const Records records = records_in(folder_);
     std::vector<char> there(frames.size());
     parallel_rows(Executor(), int(frames.size()), {}, [&](RowRange range) {

@@ -30,7 +30,7 @@ public:
     FrameFolder& operator=(const FrameFolder&) = delete;
 
     /// Those that are not there, or of another scene, or not as they were written.
-    [[nodiscard]] std::vector<Frame> missing(const std::vector<Frame>& frames) const;
+    [[nodiscard]] std::vector<Frame> missing(std::span<const Frame> frames) const;
 
     /// @throws Failure usage when a frame would replace one of `files`, unreachable
     void check_targets(std::span<const Frame> frames,
