@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 
@@ -11,6 +12,7 @@
 #include "core/io/decode.h"
 #include "core/io/webp_animation.h"
 #include "server/schema/scene_json.h"
+#include "server/text.h"
 
 namespace relit::cli {
 namespace {
@@ -62,8 +64,10 @@ void check_animation(const AnimationFlags& flags, const std::string& shard) {
                       "--animation takes all frames: give it without --shard over the "
                       "same folder when the shards are done");
     const fs::path target = flags.target;
+    std::string ending = target.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), server::lower);
     std::error_code ignored;
-    if (target.has_extension() && target.extension() != ".webp" && !fs::is_other(target, ignored))
+    if (!ending.empty() && ending != ".webp" && !fs::is_other(target, ignored))
         throw Failure(Exit::usage, fmt::format("--animation: {} does not end in .webp, which is "
                                                "what an animation is written as",
                                                flags.target));

@@ -75,6 +75,7 @@ bool is_there(const Frame& frame, const fs::path& path, const Records& records) 
 }
 
 void make_folder(const std::string& folder) {
+    if (folder == "-") throw Failure(Exit::usage, "-: frames go into a folder, not to stdout");
     std::error_code failed;
     fs::create_directories(folder, failed);
     if (fs::is_directory(folder)) return;

@@ -23,7 +23,7 @@ public:
     /// @param folder  made where it is not there
     /// @param shard   what of the frames this program makes, "i/n" or empty: programs beside each
     ///                other write records of their own, and read those of all
-    /// @throws Failure unreachable
+    /// @throws Failure unreachable, usage (no folder at all)
     FrameFolder(std::string folder, const std::string& shard, Console console);
     ~FrameFolder();
     FrameFolder(const FrameFolder&) = delete;

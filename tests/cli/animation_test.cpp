@@ -87,7 +87,7 @@ TEST_F(CliAnimation, OfAManifestIsInItsOrderWhateverTheNamesAndFormats) {
 TEST_F(CliAnimation, IsTheSameFileHereThereAndResumed) {
     const RelitProcess relitd;
     ASSERT_EQ(run(orbit + "--animation here.webp").status, 0);
-    const Ran again = run(orbit + "--animation again.webp");
+    const Ran again = run(orbit + "--animation AGAIN.WEBP");
     EXPECT_EQ(again.status, 0);
     EXPECT_EQ(again.err, "relit: 6 of 6 frames are there already\n");
     fs::remove(folder.path() / "f/0002.png");
@@ -98,7 +98,7 @@ TEST_F(CliAnimation, IsTheSameFileHereThereAndResumed) {
     EXPECT_EQ(there.status, 0) << there.err;
     const std::string here = read("here.webp");
     EXPECT_EQ(shown(here).frames.size(), 6u);
-    for (const char* name : {"again.webp", "resumed.webp", "there.webp"})
+    for (const char* name : {"AGAIN.WEBP", "resumed.webp", "there.webp"})
         EXPECT_TRUE(read(name) == here) << name;
 }
 
