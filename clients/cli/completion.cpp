@@ -46,6 +46,7 @@ Values values_of(const std::string& kind) {
     else if (kind == value::file) values = {{}, true};
     else if (kind == value::setting) values = {setting_words(), false, true};
     else if (kind == value::easing) values = {server::easing_words()};
+    else if (kind == value::quality) values = {{lossless_word}};
     else if (kind == value::shell) values = {{"bash", "zsh", "fish"}};
     else if (kind == value::format)
         for (const auto& choice : server::choices_of<PictureFormat>())

@@ -75,6 +75,7 @@ bool is_there(const Frame& frame, const fs::path& path, const Records& records) 
 }
 
 void make_folder(const std::string& folder) {
+    if (folder == "-") throw Failure(Exit::usage, "-: frames go into a folder, not to stdout");
     std::error_code failed;
     fs::create_directories(folder, failed);
     if (fs::is_directory(folder)) return;
@@ -101,7 +102,7 @@ FrameFolder::~FrameFolder() { ::close(records_); }
 
 std::string FrameFolder::path_of(const std::string& name) const { return fs::path(folder_) / name; }
 
-std::vector<Frame> FrameFolder::missing(const std::vector<Frame>& frames) const {
+std::vector<Frame> FrameFolder::missing(std::span<const Frame> frames) const {
     const Records records = records_in(folder_);
     std::vector<char> there(frames.size());
     parallel_rows(Executor(), int(frames.size()), {}, [&](RowRange range) {

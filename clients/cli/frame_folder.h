@@ -23,14 +23,14 @@ public:
     /// @param folder  made where it is not there
     /// @param shard   what of the frames this program makes, "i/n" or empty: programs beside each
     ///                other write records of their own, and read those of all
-    /// @throws Failure unreachable
+    /// @throws Failure unreachable, usage (no folder at all)
     FrameFolder(std::string folder, const std::string& shard, Console console);
     ~FrameFolder();
     FrameFolder(const FrameFolder&) = delete;
     FrameFolder& operator=(const FrameFolder&) = delete;
 
     /// Those that are not there, or of another scene, or not as they were written.
-    [[nodiscard]] std::vector<Frame> missing(const std::vector<Frame>& frames) const;
+    [[nodiscard]] std::vector<Frame> missing(std::span<const Frame> frames) const;
 
     /// @throws Failure usage when a frame would replace one of `files`, unreachable
     void check_targets(std::span<const Frame> frames,

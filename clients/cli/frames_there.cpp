@@ -19,8 +19,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t frames_at_once = 1000;  // of one batch
-constexpr int most_retries = 5;               // of a server that is gone: half a minute in all
+constexpr int most_frames_at_once = 1000;  // of one batch
+constexpr int most_retries = 5;            // of a server that is gone: half a minute in all
 constexpr std::chrono::milliseconds first_pause = 20ms, longest_pause = 1s;
 
 // A batch as it is sent, and noted in the folder for the next program.
@@ -66,7 +66,9 @@ public:
     void make_all() {
         if (const auto noted = noted_batch(folder_.note(), url_)) take_up(*noted);
         folder_.write_note("");
-        while (!missing_.empty()) make_next();
+        if (missing_.empty()) return;
+        const std::size_t at_once = frames_at_once();
+        while (!missing_.empty()) make_next(at_once);
     }
 
 private:
@@ -82,10 +84,18 @@ private:
     } catch (const Error&) {
     }
 
-    void make_next() {
+    // Servers may take smaller batches than ours.
+    std::size_t frames_at_once() {
+        const HttpReply reply =
+            server_.patiently([](HttpClient& client) { return client.get("/v1/capabilities"); });
+        const auto limit = server::read_max_batch_frames(reply.body);
+        return std::size_t(std::min(limit.value_or(most_frames_at_once), most_frames_at_once));
+    }
+
+    void make_next(std::size_t at_once) {
         std::vector<Frame> part;
         for (const auto& [name, frame] : missing_)
-            if (part.size() < frames_at_once) part.push_back(frame);
+            if (part.size() < at_once) part.push_back(frame);
         upload_for(part);
         std::erase_if(part, [&](const Frame& frame) { return !is_missing(frame); });
         while (!part.empty()) {

@@ -42,6 +42,7 @@ constexpr const char* sweep_help = R"(Examples:
   relit sweep dem.tif --arc 90 --from 90,5 --to 270,5 --easing ease-in-out -o day/
   relit sweep relief.png --line 60 --from 0,1,0.4 --to 1,1,0.4 --returns -o frames/
   relit sweep relief.png --env sample:venice-sunset --turn 120 -o frames/ --format jpeg
+  relit sweep relief.png --orbit 120 -o frames/ --animation orbit.webp --fps 30
   ffmpeg -framerate 30 -i frames/%04d.png -pix_fmt yuv420p orbit.mp4
 
 --orbit takes a sun round the relief at one --elevation, --arc takes it --from one direction
@@ -66,6 +67,8 @@ others; the exit status is 1 then.
 --shard 2/8 makes the third eighth of the frames, by itself or beside the others:
   sbatch --array=0-7 --wrap 'relit sweep r.png --orbit 720 -o f --shard $SLURM_ARRAY_TASK_ID/8'
   relit batch m.jsonl -o /out --shard $JOB_COMPLETION_INDEX/8   (a Kubernetes indexed job)
+--animation makes one animated WebP of the frames, in their order, when all are there; of a
+size, not OpenEXR. After shards, the same command over their folder without --shard makes it.
 With --server the frames are a batch there, which goes on while nobody asks for it.)";
 
 constexpr const char* scene_examples = R"(Examples:
@@ -169,6 +172,15 @@ void declare_frames(CLI::App& app, Options& options) {
          value::file)
         ->required();
     text(app, "--shard", options.shard, "A part of the frames: 0/8 to 7/8", "I/N");
+    AnimationFlags& flags = options.animation;
+    auto* animation = text(app, "--animation", flags.target,
+                           "All frames as one animated WebP too; - for stdout", value::file);
+    text(app, "--fps", flags.frames_per_second, "Its frames a second, 1 to 90; 25 if not said",
+         "NUMBER")
+        ->needs(animation);
+    text(app, "--animation-quality", flags.quality,
+         "Its quality, 1 to 100 or lossless; 85 if not said", value::quality)
+        ->needs(animation);
 }
 
 void declare_sweep(CLI::App& app, Options& options) {

@@ -41,9 +41,19 @@ struct SweepOptions {
     bool returns = false;
 };
 
+inline constexpr const char* lossless_word = "lossless";
+
+/// Of what becomes of the frames together.
+struct AnimationFlags {
+    std::string target;                    ///< a path or "-"; empty: no animation
+    std::string frames_per_second = "25";  ///< 1 to 90
+    std::string quality = "85";            ///< 1 to 100 or lossless_word
+};
+
 struct Options {
     SceneOptions scene;
     SweepOptions sweep;
+    AnimationFlags animation;
     std::string manifest;  ///< of `relit batch`: a path or "-"
     std::string output;
     std::string shard;  ///< "i/n"; empty: all frames
@@ -65,6 +75,7 @@ inline constexpr const char* sample = "SAMPLE";    ///< a sample's name
 inline constexpr const char* format = "FORMAT";    ///< of a picture
 inline constexpr const char* setting = "FIELD=VALUE";
 inline constexpr const char* easing = "EASING";
+inline constexpr const char* quality = "QUALITY";  ///< of an animation
 inline constexpr const char* shell = "SHELL";
 }  // namespace value
 

@@ -11,20 +11,12 @@
 #include "core/base/error.h"
 #include "core/io/jpeg_writer.h"
 #include "core/io/oiio.h"
+#include "core/io/picture_side.h"
 #include "core/io/png_writer.h"
-#include "core/io/quantise.h"
+#include "core/io/webp_picture.h"
 
 namespace relit {
 namespace {
-
-void check_side(const Image& picture, PictureFormat picture_format, const char* format) {
-    const int limit = max_side_of(picture_format);
-    if (picture.width > limit || picture.height > limit)
-        throw Error(error_code::invalid_value,
-                    std::string("a ") + format + " picture has at most " + std::to_string(limit) +
-                        " pixels a side; this one is " + std::to_string(picture.width) + " x " +
-                        std::to_string(picture.height));
-}
 
 [[noreturn]] void throw_cancelled() {
     throw Error(error_code::cancelled, "writing the picture was cancelled");
@@ -77,15 +69,6 @@ std::string encode_exr(const Image& picture, const EncodeOptions& options) {
 
 // --- WebP, by libwebp: OpenImageIO's writer always takes the slowest method ----------------------
 
-struct WebpPicture : WebPPicture {
-    WebpPicture() {
-        if (!WebPPictureInit(this)) throw std::runtime_error("libwebp is of another version");
-    }
-    ~WebpPicture() { WebPPictureFree(this); }
-    WebpPicture(const WebpPicture&) = delete;
-    WebpPicture& operator=(const WebpPicture&) = delete;
-};
-
 int append_to_string(const std::uint8_t* data, std::size_t size, const WebPPicture* picture) try {
     static_cast<std::string*>(picture->custom_ptr)->append(reinterpret_cast<const char*>(data), size);
     return 1;
@@ -97,41 +80,21 @@ int goes_on(int /*percent*/, const WebPPicture* picture) {
     return !static_cast<const std::stop_token*>(picture->user_data)->stop_requested();
 }
 
-// Grey or colour, with or without alpha -> three or four channels.
-std::vector<std::uint8_t> coloured(const Image& picture, const EncodeControl& control) {
-    std::vector<std::uint8_t> samples = quantised(picture, control.executor, control.stop);
-    if (picture.channels > 2) return samples;
-    std::vector<std::uint8_t> out;
-    out.reserve(samples.size() * (picture.channels == 1 ? 3 : 2));
-    for (std::size_t i = 0; i < samples.size(); i += std::size_t(picture.channels)) {
-        out.insert(out.end(), 3, samples[i]);
-        if (picture.channels == 2) out.push_back(samples[i + 1]);
-    }
-    return out;
-}
-
 std::string encode_webp(const Image& picture, const EncodeOptions& options,
                         const EncodeControl& control) {
-    check_side(picture, PictureFormat::webp, "WebP");
     WebPConfig config;
     if (!WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, float(options.quality)))
         throw std::runtime_error("libwebp is of another version");
     config.method = options.effort == Effort::fast ? 0 : 4;
-    const std::vector<std::uint8_t> samples = coloured(picture, control);
-    const bool alpha = picture.channels % 2 == 0;
-
     std::string file;
     std::stop_token stop = control.stop;
     WebpPicture webp;
-    webp.width = picture.width;
-    webp.height = picture.height;
+    webp.import(picture, control.executor, control.stop);
     webp.progress_hook = goes_on;
     webp.user_data = &stop;
     webp.writer = append_to_string;
     webp.custom_ptr = &file;
-    const auto import = alpha ? WebPPictureImportRGBA : WebPPictureImportRGB;
-    const bool written = import(&webp, samples.data(), picture.width * (alpha ? 4 : 3)) &&
-                         WebPEncode(&config, &webp);
+    const bool written = WebPEncode(&config, &webp) != 0;
     if (webp.error_code == VP8_ENC_ERROR_USER_ABORT) throw_cancelled();
     if (!written)
         throw std::runtime_error("the WebP encoder failed with code " +

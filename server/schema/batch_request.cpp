@@ -135,9 +135,17 @@ private:
 
     void read_sweep(const Json& json, const Json& scene) {
         const Sweep sweep = sweep_from(json, limits_.max_frames, "/sweep");
+        check_alone(scene);
         total_ = sweep.count;
         for (int i = 0; i < total_; ++i)
             add({i, nullptr, ""}, scene, "", [&] { return swept(scene, sweep, i); });
+    }
+
+    // A sweep replaces a light, whatever is wrong with it.
+    void check_alone(const Json& scene) const try {
+        (void)scene_from(scene, limits_.max_lights);
+    } catch (const Error& e) {
+        throw Error(e.code, e.what(), "/scene" + e.pointer);
     }
 
     // An error in the scene says in which frame it is, and where that was sent.

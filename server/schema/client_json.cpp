@@ -73,6 +73,15 @@ std::optional<std::string> read_batch_id(std::string_view text) {
     return text_of(json, "id");
 }
 
+std::optional<int> read_max_batch_frames(std::string_view text) {
+    const auto json = parsed(text);
+    const OrderedJson::json_pointer field("/limits/maxBatchFrames");
+    if (!json.is_object() || !json.contains(field)) return std::nullopt;
+    const OrderedJson& limit = json[field];
+    const bool fits = limit.is_number_integer() && limit >= 1 && limit <= 1'000'000;
+    return fits ? std::optional(limit.get<int>()) : std::nullopt;
+}
+
 std::optional<std::vector<FailedFrame>> read_failed_frames(std::string_view text) {
     const auto json = parsed(text);
     const auto problems = json.is_object() ? json.find("problems") : json.end();

@@ -39,6 +39,10 @@ struct ReceivedProblem {
 /// The id of a batch that was accepted. @return nothing when `text` is no such answer
 [[nodiscard]] std::optional<std::string> read_batch_id(std::string_view text);
 
+/// How many frames a batch may have, of a server's capabilities. @return nothing when `text` does not
+/// say it
+[[nodiscard]] std::optional<int> read_max_batch_frames(std::string_view text);
+
 /// A frame that failed on a server.
 struct FailedFrame {
     int number = 0;

@@ -1,8 +1,10 @@
 #include "server/storage/result_files.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <cerrno>
+#include <random>
 
 #include "server/error_codes.h"
 #include "server/storage/files.h"
@@ -22,6 +24,10 @@ void make_folder(const fs::path& folder) {
 }
 
 }  // namespace
+
+ResultFiles::ResultFiles(fs::path folder)
+    : folder_(std::move(folder)),
+      clearing_([this](const std::stop_token& stop) { clear_folders(stop); }) {}
 
 std::string ResultFiles::put(const std::string& batch, std::string_view bytes) const {
     const fs::path incoming = folder_ / "incoming";
@@ -47,23 +53,56 @@ SharedBytes ResultFiles::get(const std::string& batch, const std::string& name) 
     throw Error(error_code::not_found, "The picture is gone.");
 }
 
-void ResultFiles::remove(const std::string& batch) const noexcept {
-    std::error_code error;
-    fs::remove_all(folder_ / "results" / batch, error);
-    if (error) spdlog::warn("batches: pictures of {} remain: {}", batch, error.message());
+// Another folder at once, for a file takes a millisecond to remove while others are written.
+void ResultFiles::remove(const std::string& batch) noexcept try {
+    const fs::path results = folder_ / "results" / batch;
+    if (!fs::exists(results)) return;
+    make_folder(folder_ / "removed");
+    const fs::path removed =
+        folder_ / "removed" / fmt::format("{}-{:08x}", batch, std::random_device()());
+    fs::rename(results, removed);
+    clear_later(removed);
+} catch (const std::exception& error) {
+    spdlog::warn("batches: pictures of {} remain: {}", batch, error.what());
 }
 
-void ResultFiles::sweep(
-    const std::function<std::set<std::string>(const std::string& batch)>& known) const {
+void ResultFiles::clear_later(const fs::path& folder) {
+    const std::scoped_lock lock(mutex_);
+    to_clear_.push_back(folder);
+    changed_.notify_one();
+}
+
+void ResultFiles::clear_folders(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (changed_.wait(lock, stop, [&] { return !to_clear_.empty(); })) {
+        const fs::path folder = std::move(to_clear_.front());
+        to_clear_.pop_front();
+        lock.unlock();
+        std::error_code error;  // what stays is found by the next sweep
+        for (const auto& file : fs::directory_iterator(folder, error)) {
+            if (stop.stop_requested()) return;
+            fs::remove(file, error);
+        }
+        fs::remove(folder, error);
+        if (error) spdlog::warn("batches: removed pictures remain: {}", error.message());
+        lock.lock();
+    }
+}
+
+void ResultFiles::sweep(const std::function<std::set<std::string>(const std::string& batch)>& known) {
     std::error_code error;  // what is not there need not be swept, what stays is found the next time
     std::size_t count = 0;
+    for (const auto& folder : fs::directory_iterator(folder_ / "removed", error))
+        clear_later(folder);
     for (const auto& entry : fs::directory_iterator(folder_ / "incoming", error))
         count += fs::remove(entry, error) ? 1 : 0;
     for (const auto& batch : fs::directory_iterator(folder_ / "results", error)) {
         const std::set<std::string> names = known(batch.path().filename());
-        for (const auto& file : fs::directory_iterator(batch.path(), error))
-            if (!names.contains(file.path().filename())) count += fs::remove(file, error) ? 1 : 0;
-        if (names.empty()) fs::remove(batch, error);
+        if (names.empty()) remove(batch.path().filename());
+        else
+            for (const auto& file : fs::directory_iterator(batch.path(), error))
+                if (!names.contains(file.path().filename()))
+                    count += fs::remove(file, error) ? 1 : 0;
     }
     if (count > 0) spdlog::warn("batches: removed {} unfinished pictures of the last run", count);
 }

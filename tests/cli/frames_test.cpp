@@ -118,6 +118,14 @@ TEST_F(CliFrames, AreTheSameFromAServerWhichForgetsThemAfterwards) {
     EXPECT_EQ(batches_of(relitd), R"({"batches":[],"next":null})");
 }
 
+TEST_F(CliFrames, AreSeveralBatchesWhereAServerTakesNoLargeOnes) {
+    const RelitProcess relitd({.flags = {"--max-batch-frames=3"}});
+    ASSERT_EQ(run(orbit + "-o here").status, 0);
+    const Ran there = run(orbit + "-o there" + url_of(relitd));
+    EXPECT_EQ(there.status, 0) << there.err;
+    EXPECT_EQ(files("there"), files("here"));
+}
+
 TEST_F(CliFrames, ThatFailAreToldAndDoNotStopTheOthers) {
     const RelitProcess relitd;
     write("map.png", small_png());
@@ -184,6 +192,7 @@ TEST_F(CliFrames, RefuseWhatCannotBe) {
                    named + "\"a.png\"}\n" + named + "\"A.png\"}");
     EXPECT_EQ(run("batch - -o f", named + "\"../a.png\"}").status, 1);
     EXPECT_FALSE(fs::exists(folder.path() / "f")) << "nothing of it begins";
+    expect_refusal(orbit + "-o -", 2, "-: frames go into a folder, not to stdout");
     write("file", "");
     expect_refusal(orbit + "-o file", 3, "file: is no folder");
     write("0000.png", small_png());

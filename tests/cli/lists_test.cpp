@@ -154,6 +154,7 @@ TEST_F(CliCompletion, KnowsCommandsFlagsNamesAndFieldsInBash) {
     EXPECT_TRUE(completes("relit render --format w", "webp "));
     EXPECT_TRUE(completes("relit sweep --easing ease-o", "ease-out "));
     EXPECT_TRUE(completes("relit batch --sha", "--shard "));
+    EXPECT_TRUE(completes("relit sweep --animation-quality l", "lossless "));
     EXPECT_TRUE(completes("relit render rel", "relief-one.png "));
     EXPECT_TRUE(completes("relit render relief-one.png -o rel", "-o relief-one.png "));
     EXPECT_TRUE(completes("relit render --scene my", "my\\ scene.json "));

@@ -46,7 +46,7 @@ std::string submit_until_accepted(const CurrentPort& port, const std::string& bo
 SeenEvents follow_events(const CurrentPort& port, const std::string& batch) {
     SeenEvents seen;
     std::int64_t last_id = 0;
-    for (;; ++seen.reconnected) {
+    for (int opened = 0;;) {
         try {
             RawConnection connection(port());
             connection.send(http_request("GET", "/v1/batches/" + batch + "/events", "",
@@ -54,6 +54,8 @@ SeenEvents follow_events(const CurrentPort& port, const std::string& batch) {
             if (const int status = connection.receive_head().status; status != 200) {
                 if (status != 503) seen.faults += "status " + std::to_string(status) + "\n";
                 if (status != 503) return seen;
+            } else {
+                seen.reconnected = opened++;
             }
             std::string text;
             while (const auto chunk = connection.next_chunk()) {

@@ -20,8 +20,8 @@ using CurrentPort = std::function<int()>;
 /// What a batch's events said until its end.
 struct SeenEvents {
     std::map<int, std::string> frames;  ///< number -> "done" or "failed"
-    int reconnected = 0;
-    std::string faults;  ///< events twice, or out of order; empty: none
+    int reconnected = 0;                ///< streams after the first
+    std::string faults;                 ///< events twice, or out of order; empty: none
 };
 
 /// Follows a batch's events to their end, from server to server.

@@ -1,8 +1,6 @@
 // Batches through the real program, which is killed again and again. tests/soak/batches runs the first
 // of these tests at length.
 #include <gtest/gtest.h>
-#include <sys/mount.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -12,11 +10,10 @@
 #include <thread>
 
 #include "server/jobs/sqlite_database.h"
+#include "tests/server/e2e/batch_server.h"
 #include "tests/support/batch_client.h"
 #include "tests/support/http_client.h"
 #include "tests/support/metrics_text.h"
-#include "tests/support/relit_process.h"
-#include "tests/support/upload_images.h"
 
 namespace relit::test {
 namespace {
@@ -30,37 +27,6 @@ int setting(const char* name, int otherwise) {
     const char* text = std::getenv(name);
     return text ? std::stoi(text) : otherwise;
 }
-
-// A server on one data folder, through as many processes as it takes.
-class Restarting {
-public:
-    explicit Restarting(std::vector<std::string> flags) : flags_(std::move(flags)) { start(); }
-
-    void start() {
-        process_ = std::make_unique<RelitProcess>(
-            RelitProcess::Settings{.flags = flags_, .data_dir = folder_.path() / "data"});
-        if (process_->port() == 0) throw std::runtime_error("it did not start: " + process_->log());
-        port_ = process_->port();
-    }
-    void kill() {
-        process_->signal(SIGKILL);
-        process_->exit_status();
-        ++kills_;
-    }
-    [[nodiscard]] CurrentPort port() const {
-        return [this] { return port_.load(); };
-    }
-    [[nodiscard]] RelitProcess& process() { return *process_; }
-    [[nodiscard]] fs::path batches() const { return folder_.path() / "data" / "batches"; }
-    [[nodiscard]] int kills() const { return kills_; }
-
-private:
-    TemporaryFolder folder_;
-    std::vector<std::string> flags_;
-    std::unique_ptr<RelitProcess> process_;
-    std::atomic<int> port_{0};
-    int kills_ = 0;
-};
 
 // Frames of one batch: a sun that goes round, and one frame whose environment is too large to load.
 struct Work {
@@ -107,10 +73,6 @@ void run_client(Client& client, const Work& work, const CurrentPort& port, int f
         client.reconnected += seen.reconnected;
         if (int(seen.frames.size()) != work.frames) client.faults += "events are missing of " + id;
     }
-}
-
-Json batch_at(int port, const std::string& id) {
-    return Json::parse(http(port, "GET", "/v1/batches/" + id).body);
 }
 
 // A frame that lost its worker three times by chance is tried again, as its client would.
@@ -176,10 +138,6 @@ std::string environment_sample(int port) {
     throw std::runtime_error("no environment among the samples");
 }
 
-std::string uploaded(int port, int seed, int side) {
-    return Json::parse(http(port, "POST", "/v1/images", small_png(seed, side, side)).body)["id"];
-}
-
 TEST(BatchesEndToEnd, LoseNothingWhateverIsKilled) {
     const int batches = setting("SOAK_BATCHES", 8), clients = setting("SOAK_CLIENTS", 4);
     const int frames = setting("SOAK_FRAMES", 30), side = setting("SOAK_SIDE", 160);
@@ -243,26 +201,6 @@ TEST(BatchesEndToEnd, LoseNothingWhateverIsKilled) {
         submitted * frames, submitted, clients, took.count(), relitd.kills(), reconnected, lost);
 }
 
-class BatchServer : public testing::Test {
-protected:
-    [[nodiscard]] static std::string orbit(const std::string& image, int count,
-                                           const std::string& material = "{}") {
-        return R"({"scene": {"height": {"image": ")" + image + R"("}, "material": )" + material +
-               R"(}, "sweep": {"path": "orbit", "count": )" + std::to_string(count) + "}}";
-    }
-    static bool comes_true(const std::function<bool()>& condition,
-                           std::chrono::milliseconds patience = 20s) {
-        const auto deadline = Clock::now() + patience;
-        while (!condition()) {
-            if (Clock::now() > deadline) return false;
-            std::this_thread::sleep_for(10ms);
-        }
-        return true;
-    }
-};
-
-constexpr const char* endless = R"({"illumination": "count", "steps": 10000})";
-
 // Given back, not lost: the next run begins it at once, and nothing is held against it.
 TEST_F(BatchServer, TermGivesBackTheFrameUnderWay) {
     Restarting relitd({"--threads=1"});
@@ -301,6 +239,30 @@ TEST_F(BatchServer, AFrameThatTakesTheProgramAlongThreeTimesIsReportedAndTheOthe
     const Json batch = batch_at(relitd.port()(), id);
     EXPECT_EQ(batch["status"], "done");
     EXPECT_EQ(batch["done"], 2);
+    EXPECT_EQ(batch["problems"][0]["frame"], 0);
+    EXPECT_EQ(batch["problems"][0]["problem"]["type"], "/problems/worker-lost");
+}
+
+TEST_F(BatchServer, FramesThatTookTheProgramAlongTwiceAreTriedOneByOne) {
+    Restarting relitd({"--threads=2"});
+    const std::string body = R"({"scene": {"height": {"image": ")" +
+                             uploaded(relitd.port()(), 1, 256) + R"("}, "material": )" + endless +
+                             R"(, "light": {"type": "point"}}, "frames": [{}, {}]})";
+    const std::string id = submit_until_accepted(relitd.port(), body, "k");
+    const auto running = [&] { return metric_of(relitd.port()(), "relit_batch_frames_running"); };
+    for (int attempt = 1; attempt <= 2; ++attempt) {
+        ASSERT_TRUE(comes_true([&] { return running() == 2; })) << attempt;
+        relitd.kill();
+        relitd.start();
+    }
+    ASSERT_TRUE(comes_true([&] { return running() == 1; }));
+    std::this_thread::sleep_for(500ms);  // both pauses are over
+    EXPECT_EQ(running(), 1) << "the other one waits";
+    relitd.kill();
+    relitd.start();
+    ASSERT_TRUE(comes_true([&] { return running() == 1; })) << "now the other one";
+    const Json batch = batch_at(relitd.port()(), id);
+    ASSERT_EQ(batch["failed"], 1) << batch.dump();
     EXPECT_EQ(batch["problems"][0]["frame"], 0);
     EXPECT_EQ(batch["problems"][0]["problem"]["type"], "/problems/worker-lost");
 }
@@ -353,88 +315,6 @@ TEST_F(BatchServer, ManyIdleStreamsDoNotSlowARender) {
     const double with = render_ms();
     EXPECT_LT(with, 1.5 * before + 2) << before << " ms without";
     std::printf("a render: %.1f ms alone, %.1f ms beside 200 streams\n", before, with);
-}
-
-// A file system of its own that is full, as root where the kernel lets us.
-class SmallDisk {
-public:
-    SmallDisk() { mounted_ = ::mount("none", folder_.path().c_str(), "tmpfs", 0, "size=6m") == 0; }
-    ~SmallDisk() {
-        if (mounted_) ::umount2(folder_.path().c_str(), MNT_DETACH);
-    }
-    SmallDisk(const SmallDisk&) = delete;
-    SmallDisk& operator=(const SmallDisk&) = delete;
-
-    [[nodiscard]] bool is_there() const { return mounted_; }
-    [[nodiscard]] const fs::path& path() const { return folder_.path(); }
-    void fill(std::size_t leave_bytes) const {
-        const fs::path file = path() / "ballast";
-        const std::size_t free = fs::space(path()).available;
-        std::ofstream(file, std::ios::binary)
-            << std::string(free > leave_bytes ? free - leave_bytes : 0, 'x');
-    }
-    void free() const { fs::remove(path() / "ballast"); }
-
-private:
-    TemporaryFolder folder_;
-    bool mounted_ = false;
-};
-
-TEST_F(BatchServer, AFullDiskIsToldAndWhatWasAcceptedGoesOnWhenThereIsRoom) {
-    const SmallDisk disk;
-    if (!disk.is_there()) GTEST_SKIP() << "a file system can be mounted by root only";
-    RelitProcess relitd({.data_dir = disk.path() / "data"});
-    const std::string image = uploaded(relitd.port(), 1, 256);
-    const auto post = [&](const std::string& body) {
-        return http(relitd.port(), "POST", "/v1/batches", body);
-    };
-    const std::string accepted = Json::parse(post(orbit(image, 60)).body)["id"];
-    disk.fill(30'000);
-    const auto refused = post(orbit(image, 2000));
-    EXPECT_EQ(refused.status, 507) << refused.body;
-    EXPECT_NE(refused.body.find("/problems/storage-full"), std::string::npos) << refused.body;
-    std::this_thread::sleep_for(300ms);
-    disk.free();
-    ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port(), accepted)["status"] == "done"; }))
-        << relitd.log();
-    const Json batch = batch_at(relitd.port(), accepted);
-    EXPECT_EQ(batch["done"], 60) << batch.dump();
-    EXPECT_EQ(post(orbit(image, 2)).status, 202) << "without a restart";
-    const Json list = Json::parse(http(relitd.port(), "GET", "/v1/batches").body)["batches"];
-    EXPECT_EQ(list.size(), 2u) << "what was refused is not there";
-}
-
-TEST_F(BatchServer, ADamagedDatabaseIsToldWhileRendersGoOnAndTakenBackWhenItIsRestored) {
-    const TemporaryFolder folder;
-    const fs::path database = folder.path() / "batches" / "batches.db";
-    std::string id;
-    {
-        RelitProcess relitd({.data_dir = folder.path()});
-        id = submit_until_accepted([&] { return relitd.port(); },
-                                   orbit(uploaded(relitd.port(), 1, 32), 2), "k");
-        ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port(), id)["status"] == "done"; }));
-        relitd.signal(SIGTERM);
-        EXPECT_EQ(relitd.exit_status(), 0);
-    }
-    fs::copy_file(database, folder.path() / "copy");
-    std::ofstream(database, std::ios::binary | std::ios::trunc) << std::string(20'000, '?');
-    RelitProcess relitd({.data_dir = folder.path()});
-    const std::string image = uploaded(relitd.port(), 1, 32);
-    const auto refused = http(relitd.port(), "POST", "/v1/batches", orbit(image, 2));
-    EXPECT_EQ(refused.status, 503);
-    EXPECT_NE(refused.body.find("/problems/batches-unavailable"), std::string::npos)
-        << refused.body;
-    EXPECT_NE(refused.header("retry-after"), "");
-    EXPECT_EQ(
-        http(relitd.port(), "POST", "/v1/render", R"({"height": {"image": ")" + image + "\"}}")
-            .status,
-        200);
-    EXPECT_EQ(http(relitd.port(), "GET", "/metrics").status, 200);
-    fs::rename(folder.path() / "copy", database);
-    EXPECT_TRUE(comes_true([&] {
-        return http(relitd.port(), "GET", "/v1/batches/" + id + "/frames/0").status == 200;
-    })) << relitd.log();
-    EXPECT_EQ(http(relitd.port(), "POST", "/v1/batches", orbit(image, 2)).status, 202);
 }
 
 }  // namespace

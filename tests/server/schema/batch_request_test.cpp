@@ -182,6 +182,11 @@ TEST(BatchRequest, ARefusalNamesTheFieldWhereItWasSent) {
         {sweep(R"("path": "environment", "count": 1)"), error_code::invalid_value, "/sweep/path"},
         {sweep(R"("path": "orbit", "count": 1)", R"(, "light": {"type": "directional", "hue": 1})"),
          error_code::unknown_field, "/scene/light/hue"},
+        {sweep(R"("path": "orbit", "count": 1)", R"(, "light": {"type": "point", "hue": 1})"),
+         error_code::unknown_field, "/scene/light/hue"},
+        {sweep(R"("path": "line", "from": [0, 0, 1], "to": [1, 0, 1], "count": 1)",
+               R"(, "light": "sun")"),
+         error_code::invalid_value, "/scene/light"},
     };
     for (const Refused& refused : cases) try {
             (void)parsed(refused.json);
