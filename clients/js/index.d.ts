@@ -90,7 +90,7 @@ export interface ImageInfo {
   created?: string
 }
 
-/** Milliseconds. `network` is what `total`, from asking to the last byte, has besides the server's stages. */
+/** Milliseconds. `network`: of `total`, from asking to the last byte, what is not the server's; of that, `transfer`: from the head on. */
 export interface Timing {
   parse: number
   queue: number
@@ -98,6 +98,7 @@ export interface Timing {
   render: number
   encode: number
   network: number
+  transfer: number
   total: number
 }
 export interface Picture {
@@ -121,13 +122,14 @@ export interface Problem {
 export class RelitError extends Error {
   /** HTTP status; 0: no answer. */
   status: number
-  /** The end of the problem's type, "not-found"; "unreachable" with status 0; "" where the answer was no problem. */
-  code: string
-  problem: Problem | null
-  /** Seconds, as Retry-After says; null where it does not. */
-  retryAfter: number | null
-  /** Whether the same request may succeed later: no answer, 429, 502, 503, 504, 507. */
-  readonly temporary: boolean
+  /** The end of the problem's type, "not-found"; undefined where there was no answer, or none that is a problem. */
+  code?: string
+  problem?: Problem
+  /** Seconds, as Retry-After says; 0 where it does not. */
+  retryAfter?: number
+  /** Whether the same request may succeed later: no answer, 429, 502, 503, 507. */
+  temporary: boolean
+  constructor(message: string, status?: number, problem?: Problem, retryAfter?: number)
 }
 
 export interface Abortable {
@@ -143,54 +145,14 @@ export class Relit {
   fetch(path: string, init?: RequestInit): Promise<Response>
   /** What GET answers, as JSON: get('/v1/presets'). */
   get(path: string, options?: Abortable): Promise<any>
-  /** Stores an image. @param options.progress  told bytes sent and bytes in all, where XMLHttpRequest exists */
-  upload(
-    image: Blob | ArrayBuffer | ArrayBufferView,
-    options?: Abortable & { progress?: (sent: number, total: number) => void },
-  ): Promise<ImageInfo>
+  /** Stores an image: the same bytes always have the same id. With progress: relit-jobs.js. */
+  upload(image: Blob | ArrayBuffer | ArrayBufferView, options?: Abortable): Promise<ImageInfo>
   /** A dry run: the scene with every default filled in, and the ETag of its picture (null of a preview). */
   scene(scene: Scene, options?: Abortable): Promise<{ scene: Scene; etag: string | null }>
   /** @param options.session  a token: a newer render of the same session stops the older ones, which fail with 409 */
   render(scene: Scene, options?: Abortable & { session?: string }): Promise<Picture>
   /** The address of the scene's picture, for <img src> and downloads. */
   url(scene: Scene): string
-  /** Submits a batch: durable when this returns. The same key and body again is the same batch. */
-  submit(batch: BatchRequest, options?: Abortable & { key?: string }): Promise<Batch>
-  /** A batch that was submitted before. */
-  batch(id: string): Batch
-}
-
-export type BatchRequest = { priority?: number } & (
-  | { scene: Scene; frames: (Scene & { name?: string })[] }
-  | { scene: Scene; sweep: { path: 'orbit' | 'arc' | 'line' | 'environment'; count: number; [field: string]: unknown } }
-  | { scenes: (Scene & { name?: string })[] }
-)
-export interface BatchStatus {
-  id: string
-  status: 'queued' | 'running' | 'done'
-  total: number
-  done: number
-  failed: number
-  problems: { frame: number; name: string; problem: Problem }[]
-  [field: string]: unknown
-}
-/** `id` is for events({after}). */
-export type BatchEvent =
-  | { id: string; event: 'frame'; frame: number; name: string; status: 'done'; bytes: number }
-  | { id: string; event: 'frame'; frame: number; name: string; status: 'failed'; problem: Problem }
-  | { id: string; event: 'end'; status: 'done' | 'deleted'; total: number; done: number; failed: number }
-export class Batch {
-  readonly id: string
-  readonly client: Relit
-  status(options?: Abortable): Promise<BatchStatus>
-  /** Every event once, to the end, over cut connections and restarts of the server. @param options.after  an event's id */
-  events(options?: Abortable & { after?: string }): AsyncGenerator<BatchEvent, void>
-  /** A finished picture. */
-  frame(number: number, options?: Abortable): Promise<Blob>
-  /** Has the failed frames rendered again. */
-  retry(options?: Abortable): Promise<BatchStatus>
-  /** Stops it and removes its pictures. */
-  delete(options?: Abortable): Promise<void>
 }
 
 // Pointer and light: plain arithmetic. Positions are [x, y] in CSS pixels from the picture's top left corner, sizes are
@@ -205,16 +167,17 @@ export class Batch {
 export function handlePosition(light: Light, size: [number, number], crop?: number[]): [number, number]
 /** A copy of the light, moved so that its handle is at a position. */
 export function lightAt<L extends Light>(light: L, position: [number, number], size: [number, number], crop?: number[]): L
-/** A copy of the light, nearer to the viewer by dz widths of the map; other lights than points as they are. */
-export function lightNearer<L extends Light>(light: L, dz: number): L
 /** [azimuth, elevation] in degrees, whichever way the light says it. */
 export function sunAngles(light: DirectionalLight): [number, number]
 /** Which light a hand moves unless it is told: the first point, or else the first. */
 export function handledIndex(lights: Light[]): number
-/** Whether it shines from behind the picture. */
-export function isBehind(light: Light): boolean
 /** What a screen reader says of it. */
 export function spokenLight(light: Light): string
+/**
+ * How large the next picture of a drag is, as a share of the sides of the best one: the server's work on it and its transfer
+ * take two thirds of a displayed frame (60 a second), or half as long as the way there and back.
+ */
+export function nextScale(scale: number, timing: Timing): number
 
 export interface LightDetail {
   scene: Scene
@@ -244,19 +207,12 @@ export interface FrameDetail extends Picture {
  *
  * Changing an attribute starts over from the attributes. The picture is as large as the element is laid out (`display: block`,
  * width 100%, the aspect of what is shown), so CSS sizes it; pixels are device pixels. The host has aria-busy="true" until
- * the final picture is there. Parts to style: picture, handle, horizon, message. Properties:
- * --relit-handle-size (24px), --relit-handle-color (the light's), --relit-touch-action (none).
+ * the final picture is there. Parts to style: picture, handle (and behind, where the light is), horizon, message. Properties:
+ * --relit-handle-size (24px), --relit-touch-action (none).
  * A pointerdown or keydown whose default was prevented (in the capture phase) is left alone.
- * With prefers-reduced-motion nothing is eased; the element never moves anything by itself.
+ * Nothing is eased or moves by itself, so that prefers-reduced-motion changes nothing.
  */
 export class RelitImage extends HTMLElement {
-  src: string | null
-  server: string | null
-  preset: string | null
-  light: string | null
-  sun: string | null
-  env: string | null
-  alt: string | null
   /**
    * What is shown, with `lights`; never changed in place: every change makes a new object. Setting it shows another scene:
    * one with a preset or without lights is completed by the server first, any other is rendered as it is, at once, and as
@@ -264,15 +220,13 @@ export class RelitImage extends HTMLElement {
    * accuracy, format, quality, effort, bitDepth, width and height; layer, region, exposure, tone, transfer and background count.
    */
   get scene(): Scene | null
-  set scene(scene: Scene | null)
+  set scene(scene: Scene | null | undefined)
   /** Index of the light that the hand moves. */
   active: number
   /** The server, as a client; another one may be set. */
   client: Relit
-  /** Until the final picture is there. */
-  readonly busy: boolean
-  /** Size of the height map in texels and more, once it is known. */
-  readonly map: ImageInfo | null
+  /** The height map, once it is known. */
+  readonly map: ImageInfo | undefined
 }
 
 export interface RelitEventMap {
