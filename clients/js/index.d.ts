@@ -205,12 +205,18 @@ export interface FrameDetail extends Picture {
  * light    "x,y,z"; sun: "azimuth,elevation"; env: "id,yaw,pitch"
  * alt      what the picture shows, for those who do not see it
  *
- * Changing an attribute starts over from the attributes. The picture is as large as the element is laid out (`display: block`,
- * width 100%, the aspect of what is shown), so CSS sizes it; pixels are device pixels. The host has aria-busy="true" until
- * the final picture is there. Parts to style: picture, handle (and behind, where the light is), horizon, message. Properties:
- * --relit-handle-size (24px), --relit-touch-action (none).
- * A pointerdown or keydown whose default was prevented (in the capture phase) is left alone.
- * Nothing is eased or moves by itself, so that prefers-reduced-motion changes nothing.
+ * Changing an attribute but alt starts over from the attributes. The picture is as large as the element is laid out (as a
+ * block, with the aspect of what is shown), so that CSS sizes it; its pixels are the device's. No padding, please. The element has
+ * aria-busy="true" until the final picture is there. Parts to style: `picture` and `handle`, in which --relit-light is the light's
+ * colour. ::part(picture) { touch-action: pan-y } lets a finger scroll the page.
+ *
+ * A drag asks for quick pictures (JPEG; PNG where something is transparent; WebP where the way is slow), the largest that come
+ * in time, and for the final one (PNG, all pixels) when the hand has let go or rests for 150 ms. At most one request is under
+ * way and one scene waits, whose place a newer one takes; while the server is away it is asked again after 0.25 s, and twice as
+ * long each time up to 8 s. Nothing is eased or moves by itself, so that prefers-reduced-motion has nothing to change.
+ *
+ * Arrow keys move the light by 2 % of the picture's width, with Shift by 10 %; Page Up and Page Down a point light nearer and
+ * farther. A pointerdown or keydown whose default was prevented on its way in (capture) is left alone.
  */
 export class RelitImage extends HTMLElement {
   /**
@@ -223,7 +229,7 @@ export class RelitImage extends HTMLElement {
   set scene(scene: Scene | null | undefined)
   /** Index of the light that the hand moves. */
   active: number
-  /** The server, as a client; another one may be set. */
+  /** The server, as a client; another one may be set. There as soon as the element is in a document. */
   client: Relit
   /** The height map, once it is known. */
   readonly map: ImageInfo | undefined
@@ -234,10 +240,10 @@ export interface RelitEventMap {
   'relit-light': CustomEvent<LightDetail>
   /** A picture is on the screen. */
   'relit-frame': CustomEvent<FrameDetail>
-  /** Something failed. `again`: milliseconds until it is tried again by itself, null: never. Default: the sentence is shown. */
+  /** Something failed. `again`: milliseconds until it is tried again by itself, null: never. Nothing else tells it. */
   'relit-error': CustomEvent<{ error: RelitError; again: number | null }>
   /** After an error a picture has come again. */
-  'relit-recovery': CustomEvent<null>
+  'relit-recovery': CustomEvent<0>
 }
 
 export interface RelitImage {
