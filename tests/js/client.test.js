@@ -146,3 +146,30 @@ test('leaving the events ends them', async () => {
   await assert.rejects(batch.events({ signal: abort.signal }).next(), { name: 'AbortError' })
   await batch.delete()
 })
+
+test('the modules may be imported by pages of any origin, and are asked for anew only where they differ', async () => {
+  for (const name of ['relit.js', 'relit-jobs.js']) {
+    const address = `${server.address}/${name}`
+    const reply = await fetch(address, { headers: { Origin: 'https://elsewhere.example' } })
+    assert.equal(await reply.text(), await readFile(new URL('../../clients/js/' + name, import.meta.url), 'utf8'))
+    const header = (name) => reply.headers.get(name)
+    assert.match(header('Content-Type'), /^text\/javascript/)
+    assert.deepEqual([header('Access-Control-Allow-Origin'), header('Cache-Control')], ['*', 'no-cache'])
+    const again = await fetch(address, { headers: { 'If-None-Match': header('ETag') }, cache: 'no-store' })
+    assert.equal(again.status, 304)
+  }
+})
+
+test('pages of any origin may send what the client sends and read what it reads, after one preflight in two hours', async () => {
+  const preflight = await fetch(server.address + '/v1/render', {
+    method: 'OPTIONS',
+    headers: { 'Origin': 'https://elsewhere.example', 'Access-Control-Request-Method': 'POST' },
+  })
+  const list = (reply, name) => (reply.headers.get(name) ?? '').toLowerCase().split(/, */)
+  for (const name of ['content-type', 'relit-session', 'idempotency-key', 'last-event-id'])
+    assert.ok(list(preflight, 'Access-Control-Allow-Headers').includes(name), name)
+  assert.equal(preflight.headers.get('Access-Control-Max-Age'), '7200')
+  const picture = await fetch(client.url(scene), { headers: { Origin: 'https://elsewhere.example' } })
+  for (const name of ['etag', 'relit-accuracy', 'server-timing', 'retry-after'])
+    assert.ok(list(picture, 'Access-Control-Expose-Headers').includes(name), name)
+})

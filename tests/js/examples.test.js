@@ -45,20 +45,19 @@ const rested = (page, count) => page.waitForFunction((count) => {
 }, count)
 const example = (name) => readFile(new URL('examples/' + name, clients), 'utf8')
 
-// What the address of a package gives, made of the packages that npm has installed: CommonJS as an ES module.
+// What the address of a package of React's gives, made of what npm has installed: CommonJS as an ES module.
 async function react(path) {
   const file = (name) => readFile(new URL(`node_modules/${name}`, import.meta.url), 'utf8')
   const wrapped = (source, names) => `
     const module = { exports: {} }
     const require = (name) => ({ ${names.map((name, i) => `'${name}': need${i}`).join(', ')} })[name]
-    ${names.map((name, i) => `import need${i} from 'https://esm.sh/${name}'`).join('\n')}
+    ${names.map((name, i) => `import need${i} from 'https://esm.sh/${name}@19.2.0'`).join('\n')}
     ;(function (exports) { ${source} })(module.exports)
     export default module.exports
     export const { createElement, useState, createRoot } = module.exports`
-  if (path.startsWith('/react@') || path === '/react') return wrapped(await file('react/cjs/react.production.js'), [])
-  if (path === '/scheduler') return wrapped(await file('scheduler/cjs/scheduler.production.js'), [])
-  if (path === '/react-dom') return wrapped(await file('react-dom/cjs/react-dom.production.js'), ['react'])
-  return wrapped(await file('react-dom/cjs/react-dom-client.production.js'), ['scheduler', 'react', 'react-dom'])
+  const needs = { 'react': [], 'scheduler': [], 'react-dom': ['react'], 'react-dom-client': ['scheduler', 'react', 'react-dom'] }
+  const name = path.slice(1).replace(/@[\d.]+/, '').replace('/', '-')
+  return wrapped(await file(`${name.replace('-client', '')}/cjs/${name}.production.js`), needs[name])
 }
 
 test('the plain example shows three reliefs whose lights are dragged, in less than 40 lines', async () => {
@@ -71,9 +70,9 @@ test('the plain example shows three reliefs whose lights are dragged, in less th
   for (const image of await page.locator('relit-image').all()) {
     const before = await image.getByRole('slider').getAttribute('aria-valuetext')
     const box = await image.boundingBox()
-    await page.mouse.move(box.x + 40, box.y + 40)
+    await page.mouse.move(box.x + 90, box.y + 90)
     await page.mouse.down()
-    await page.mouse.move(box.x + 90, box.y + 70, { steps: 3 })
+    await page.mouse.move(box.x + 70, box.y + 120, { steps: 3 })
     await page.mouse.up()
     assert.notEqual(await image.getByRole('slider').getAttribute('aria-valuetext'), before)
   }
