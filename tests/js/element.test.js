@@ -41,7 +41,7 @@ test('the light comes to the mouse, and the brightest side of the relief follows
     assert.ok(Math.abs(left - x) < 0.01 && Math.abs(up - (1 - y)) < 0.01, `the light is at ${left}, ${up}`)
   }
   const { left, right, top, bottom } = seen
-  assert.ok(left.left > right.left + 0.2 && top.top > bottom.top + 0.2, JSON.stringify(seen))
+  assert.ok(left.left > right.left + 0.1 && top.top > bottom.top + 0.1, JSON.stringify(seen))
   if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, 'element.png') })
   await page.done()
 })
