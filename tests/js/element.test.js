@@ -248,3 +248,32 @@ test('under a policy that allows nothing inline, with reduced motion, nothing is
   assert.equal(await element(page, (image) => image.shadowRoot.querySelector('b').getAnimations().length), 0)
   await page.done()
 })
+
+test('an upload tells how far it is, what is refused is a RelitError, and it can be left', async () => {
+  const page = await open(`<relit-image src="${plato}"></relit-image>`)
+  page.expectTroubles = true // the browser itself puts a refusal on the console
+  const told = await page.evaluate(async (server) => {
+    const { upload } = await import(server + '/relit-jobs.js')
+    const { Relit, RelitError } = await import(server + '/relit.js')
+    const client = new Relit(server)
+    const relief = await (await fetch('relief.png')).blob()
+    const progress = []
+    const { width } = await upload(client, relief, { progress: (sent, total) => progress.push([sent, total]) })
+    const refused = await upload(client, new Blob(['no image'])).catch((error) => error)
+    const leave = new AbortController()
+    const left = upload(client, new Blob([new Uint8Array(20e6)]), { signal: leave.signal }).catch((error) => error)
+    leave.abort()
+    const away = await upload(new Relit('http://127.0.0.1:1'), relief).catch((error) => error)
+    return {
+      width, last: progress.at(-1), size: relief.size,
+      refused: [refused instanceof RelitError, refused.status, refused.code],
+      left: (await left).name, away: [away instanceof RelitError, away.status, away.temporary],
+    }
+  }, server.address)
+  assert.deepEqual(told.last, [told.size, told.size])
+  assert.ok(told.width > 0)
+  assert.deepEqual(told.refused, [true, 415, 'image-not-supported'])
+  assert.equal(told.left, 'AbortError')
+  assert.deepEqual(told.away, [true, 0, true])
+  await page.done()
+})
