@@ -49,6 +49,8 @@ const auto& page_files() {
         page_file("docs.css", css, files::docs_css()),
         page_file("docs.js", javascript, files::docs_js()),
         page_file("icon.svg", svg, files::icon_svg()),
+        page_file("relit.js", javascript, files::relit_js()),
+        page_file("relit-jobs.js", javascript, files::relit_jobs_js()),
     });
     return all;
 }
@@ -74,6 +76,12 @@ Reply get_front_page(const Request& request, Services&) {
 }
 
 Reply get_docs_page(const Request& request, Services&) { return file_reply(request, "docs.html"); }
+
+Reply get_js_client(const Request& request, Services&) { return file_reply(request, "relit.js"); }
+
+Reply get_js_jobs(const Request& request, Services&) {
+    return file_reply(request, "relit-jobs.js");
+}
 
 Reply get_page_file(const Request& request, Services&) {
     return file_reply(request, request.path_params.at("file"));
