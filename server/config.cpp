@@ -1,5 +1,7 @@
 #include "server/config.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -13,7 +15,17 @@
 namespace relit::server {
 namespace {
 
-constexpr std::string_view variables_of_others[] = {"RELIT_DATA", "RELIT_HTTPLIB_DIR"};
+constexpr std::string_view variables_of_others[] = {"RELIT_API_KEY", "RELIT_DATA",
+                                                    "RELIT_HTTPLIB_DIR"};
+
+// Whether an address to listen on can be reached from this machine alone.
+bool is_loopback(const std::string& host) {
+    in_addr ipv4{};
+    in6_addr ipv6{};
+    if (::inet_pton(AF_INET, host.c_str(), &ipv4) == 1) return ntohl(ipv4.s_addr) >> 24 == 127;
+    if (::inet_pton(AF_INET6, host.c_str(), &ipv6) == 1) return IN6_IS_ADDR_LOOPBACK(&ipv6);
+    return host == "localhost";
+}
 
 std::filesystem::path default_data_dir() {
     const auto variable = [](const char* name) {
@@ -126,6 +138,21 @@ void add_settings(CLI::App& app, Config& config) {
         ->envname(variable_of("--cors-origins"))
         ->default_str("*");
 
+    setting(
+        app, "--api-keys", config.api_keys,
+        "File of the keys that clients need, a line each: key, read, render or admin, name; read "
+        "again when it changes");
+    app.add_flag("--insecure", config.insecure,
+                 "Listen to other machines though there are no --api-keys")
+        ->envname(variable_of("--insecure"))
+        ->default_str("false");
+    setting(
+        app, "--rate-limit", limits.rate_limit,
+        "Requests a second of a key, or of an address without keys; more are refused with 429; 0: "
+        "any number")
+        ->check(CLI::Range(0, 1'000'000));
+    setting(app, "--rate-burst", limits.rate_burst, "Of those, at once after a pause")->check(count);
+
     setting(app, "--max-connections", limits.max_connections, "Connections at once; more wait")
         ->check(CLI::Range(1, 20'000));
     setting(app, "--max-renders", limits.max_renders,
@@ -229,6 +256,19 @@ void check_batch_renders(const Limits& limits, int threads) {
         throw std::runtime_error("--max-batch-renders " + std::to_string(limits.max_batch_renders) +
                                  " is more than the " + std::to_string(threads) +
                                  " threads that render (--threads)");
+}
+
+std::string check_who_may_reach_it(const Config& config) {
+    const bool has_keys = !config.api_keys.empty();
+    if (has_keys && config.insecure)
+        throw std::runtime_error("--api-keys and --insecure exclude each other");
+    if (has_keys || is_loopback(config.host)) return {};
+    if (config.insecure)
+        return "INSECURE: no keys are asked for, and whoever reaches " + config.host +
+               " may render, store and delete";
+    throw std::runtime_error("--host " + config.host +
+                             " lets other machines in: name the keys that they need with "
+                             "--api-keys, or let everybody in with --insecure");
 }
 
 void check_streams(const Limits& limits) {

@@ -23,6 +23,8 @@ struct Config {
     Simd simd = best_simd();
     std::string log_level = "info";
     CorsPolicy cors;
+    std::filesystem::path api_keys;  ///< the file of keys; empty: none are asked for
+    bool insecure = false;           ///< listen to other machines though no keys are asked for
     Limits limits;
 
     std::vector<std::pair<std::string, std::string>>
@@ -40,7 +42,7 @@ struct ConfigOrExit {
 ///
 /// @param environment  "NAME=value" as in `environ`, ended by a null pointer. Every RELIT_ variable
 ///                     has to be a setting's or one of the few that are for others (RELIT_DATA:
-///                     data of the tests; RELIT_HTTPLIB_DIR: the build)
+///                     data of the tests; RELIT_HTTPLIB_DIR: the build; RELIT_API_KEY: clients)
 /// @param out, err     take what --help and refusals have to say
 [[nodiscard]] ConfigOrExit read_config(int argc, const char* const* argv,
                                        const char* const* environment, std::ostream& out,
@@ -55,6 +57,12 @@ struct ConfigOrExit {
 /// Whether there is a thread for each of max_batch_renders.
 /// @throws std::runtime_error with a sentence for the operator
 void check_batch_renders(const Limits& limits, int threads);
+
+/// Whether what may reach the server has to bring a key: other machines do, unless they are let in
+/// expressly.
+/// @return a warning for the log, where they are let in
+/// @throws std::runtime_error with a sentence for the operator
+std::string check_who_may_reach_it(const Config& config);
 
 /// Whether streams leave connections for other requests.
 /// @throws std::runtime_error with a sentence for the operator

@@ -19,6 +19,12 @@ inline constexpr std::string_view unsupported_media_type = "unsupported-media-ty
 inline constexpr std::string_view headers_too_large = "headers-too-large";
 inline constexpr std::string_view version_not_supported = "http-version-not-supported";
 
+// The client.
+inline constexpr std::string_view unauthorized = "unauthorized";  ///< no key, or none we know
+inline constexpr std::string_view forbidden = "forbidden";        ///< the key's scope is too small
+inline constexpr std::string_view signature_refused = "signature-refused";
+inline constexpr std::string_view rate_limited = "rate-limited";
+
 // The request as JSON.
 inline constexpr std::string_view malformed_json = "malformed-json";
 inline constexpr std::string_view unknown_field = "unknown-field";

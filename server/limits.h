@@ -47,10 +47,16 @@ struct Limits {
     // How much goes on at once.
     int max_streams = 0;  ///< replies that are made while they are sent; 0: 80 % of max_connections
     int max_connections = 256;
-    int max_renders = 0;  ///< 0: one for every two threads
+    int max_waiting_connections = 1024;  ///< beyond those; they are served when others end
+    int max_address_connections = 0;     ///< of one address, waiting ones included; 0: any number
+    int max_renders = 0;                 ///< 0: one for every two threads
     int max_queue = 64;  ///< renders that wait, and apart from them uploads that wait to be decoded
     int max_decodes =
         1;  ///< uploads checked at once: each may take three times its pixels in memory
+
+    // How much a client may ask for: the one with a key, or an address.
+    int rate_limit = 0;    ///< requests a second; 0: any number
+    int rate_burst = 100;  ///< at once, after a pause
 
     // How long things may take.
     std::chrono::seconds idle_timeout{20};   ///< between two requests of a connection
@@ -59,8 +65,9 @@ struct Limits {
     std::chrono::seconds write_timeout{10};  ///< between two pieces of a reply
     std::size_t min_bytes_per_second =
         32 << 10;  ///< of a body or reply, on average, after write_timeout
-    std::chrono::seconds render_timeout{60};  ///< from the arrival of a request to its picture
-    std::chrono::seconds stop_timeout{20};    ///< for the requests under way when the server stops
+    std::chrono::seconds transfer_timeout{600};  ///< a request's body, or a reply, in all
+    std::chrono::seconds render_timeout{60};     ///< from the arrival of a request to its picture
+    std::chrono::seconds stop_timeout{20};  ///< for the requests under way when the server stops
 
     /// Streams hold a connection each; the rest is left for requests that end.
     [[nodiscard]] int streams_at_once() const {

@@ -137,6 +137,7 @@ int serve_until_stopped(Server& server, Batches& batches, int signals, const Con
 
 int run(const Config& config, int signals) {
     const Limits& limits = config.limits;
+    const std::string warning = check_who_may_reach_it(config);
     std::vector<BuiltIn> shipped;
     for (const Sample& sample : samples()) shipped.push_back({sample.id, sample.bytes});
     ImageStore images(config.data_dir, {.decode = decode_limits(limits),
@@ -157,8 +158,22 @@ int run(const Config& config, int signals) {
                                                   .limits = limits,
                                                   .threads = executor.threads(),
                                                   .simd = config.simd});
-    Services services{images,  renders, batches,     decodes,         executor,   cache,
-                      metrics, limits,  config.cors, config.data_dir, config.simd};
+    Services services{images,
+                      renders,
+                      batches,
+                      decodes,
+                      executor,
+                      cache,
+                      metrics,
+                      limits,
+                      config.cors,
+                      config.data_dir,
+                      config.simd,
+                      {},
+                      {},
+                      Access({.api_keys = config.api_keys,
+                              .rate_limit = limits.rate_limit,
+                              .rate_burst = limits.rate_burst})};
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);
@@ -166,6 +181,7 @@ int run(const Config& config, int signals) {
     std::printf("relitd listens on http://%s%s%s:%d\n", is_ipv6 ? "[" : "", config.host.c_str(),
                 is_ipv6 ? "]" : "", port);
     std::fflush(stdout);
+    if (!warning.empty()) spdlog::warn("{}", warning);
     batches.start();
     return serve_until_stopped(server, batches, signals, config);
 }

@@ -117,7 +117,9 @@ struct Metrics {
     std::array<Count, 2> batch_frames{};                           ///< done, failed
     Count rendered_pixels{0};
     Traffic traffic;
-    std::atomic<int> connections{0};  ///< open now
+    std::atomic<int> connections{0};          ///< open now, each with a thread
+    std::atomic<int> waiting_connections{0};  ///< open now, in line for a thread
+    Count refused_connections{0};             ///< for which there was no place in line
 
     void count(RenderResult result) { ++renders[std::size_t(result)]; }
     void observe(RenderStage stage, std::chrono::duration<double> time) {

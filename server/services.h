@@ -7,6 +7,7 @@
 #include "core/base/parallel.h"
 #include "core/base/shared_cache.h"
 #include "core/base/simd.h"
+#include "server/access/access.h"
 #include "server/http/cors.h"
 #include "server/jobs/batches.h"
 #include "server/jobs/render_slots.h"
@@ -30,6 +31,7 @@ struct Services {
     Simd simd = best_simd();            ///< what renders run on; pictures are the same with any
     std::atomic<bool> draining{false};  ///< set once, when the server takes no more work
     std::atomic<bool> stopping{false};  ///< set once, when it takes no more connections
+    Access access = {};                 ///< who may do what
 };
 
 }  // namespace relit::server

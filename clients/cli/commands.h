@@ -21,6 +21,7 @@ void scene_command(const Options& options, Console console);
 void info_command(const Options& options, Console console);
 void presets_command(const Options& options);
 void samples_command(const Options& options, Console console);
+void sign_url_command(const Options& options);
 
 /// @param app  as declare_options() declared it: the script completes what it says
 void completion_command(const Options& options, const CLI::App& app);

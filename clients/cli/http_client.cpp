@@ -3,6 +3,8 @@
 #define CPPHTTPLIB_OPENSSL_SUPPORT
 #include <httplib.h>
 
+#include <cstdlib>
+
 #include "clients/cli/failure.h"
 
 namespace relit::cli {
@@ -72,6 +74,8 @@ HttpClient::HttpClient(const std::string& url)
     client.set_connection_timeout(connect_patience);
     client.set_read_timeout(answer_patience);
     client.set_write_timeout(60s);
+    if (const char* key = std::getenv("RELIT_API_KEY"); key && *key)
+        client.set_bearer_token_auth(key);
     client.set_payload_max_length(std::size_t(8) << 30);  // the largest picture of floats
 }
 

@@ -1,4 +1,4 @@
-// HTTP and HTTPS to one server, certificates verified; the only include of httplib.h in the
+// HTTP and HTTPS to one server, certificates verified, with the key that RELIT_API_KEY holds; the only include of httplib.h in the
 // clients is in its .cpp.
 #pragma once
 

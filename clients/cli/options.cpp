@@ -23,7 +23,8 @@ Stronger wins: defaults < --preset < --scene < the other flags < --set. A scene 
 names a preset itself excludes --preset.
 In a scene file {"part": "name"} is a file, from the scene file's folder; {"data": "…"} is
 base64; {"image": "…"} is an id or a sample's name (other ids only with --server).
-With --server, images go there under the SHA-256 of their bytes, and only those it lacks.)";
+With --server, images go there under the SHA-256 of their bytes, and only those it lacks; a
+server that asks for a key gets what is in RELIT_API_KEY.)";
 
 constexpr const char* render_help = R"(Examples:
   relit render relief.png -o out.png --light 0.3,0.8,0.4 --preset bronze
@@ -96,6 +97,14 @@ constexpr const char* samples_help = R"(Examples:
   relit samples
   relit samples plato -o plato.png
   relit render sample:plato -o out.png --env sample:venice-sunset)";
+
+constexpr const char* sign_url_help = R"(Examples:
+  export RELIT_API_KEY=…
+  relit sign-url 'https://relit.example.org/v1/images/c19f…/relit.png?sun=300,40' --valid 3600
+
+Prints the URL with the parameters expires and signature: until then it is good for GET without
+a key, for <img src> above all, as long as the key that signed it is. Nothing behind the path
+may be changed. Nobody is asked: signing takes no server.)";
 
 constexpr const char* completion_help = R"(Examples:
   relit completion bash > ~/.local/share/bash-completion/completions/relit
@@ -257,6 +266,17 @@ void declare_samples(CLI::App& app, Options& options) {
     samples.footer(std::string(samples_help) + "\n" + exit_statuses);
 }
 
+void declare_sign_url(CLI::App& app, Options& options) {
+    CLI::App& sign =
+        *app.add_subcommand("sign-url", "Signs a server's URL, to be used without a key");
+    text(sign, "url", options.url, "The URL, or its path and query", "URL")->required();
+    sign.add_option("--valid", options.valid_s, "Until it expires; a day if not said")
+        ->check(not_empty())
+        ->check(CLI::Range(1, 10 * 365 * 86400).description(""))
+        ->type_name("SECONDS");
+    sign.footer(std::string(sign_url_help) + "\n" + exit_statuses);
+}
+
 void declare_completion(CLI::App& app, Options& options) {
     CLI::App& completion =
         *app.add_subcommand("completion", "Prints a completion script for a shell");
@@ -281,6 +301,7 @@ void declare_options(CLI::App& app, Options& options) {
     declare_info(app, options);
     declare_presets(app, options);
     declare_samples(app, options);
+    declare_sign_url(app, options);
     declare_completion(app, options);
 }
 

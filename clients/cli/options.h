@@ -62,6 +62,8 @@ struct Options {
     bool etag = false;
     std::vector<std::string> files;
     std::string sample;
+    std::string url;      ///< of `relit sign-url`
+    int valid_s = 86400;  ///< how long it is good
     std::string shell;
 };
 

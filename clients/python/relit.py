@@ -76,16 +76,19 @@ class Client:
     """One server. Safe from any thread: each has a connection of its own.
 
     url      http or https, host, maybe a port and a path that goes before every other
+    api_key  for a server that asks for one; by default the environment variable RELIT_API_KEY
     timeout  seconds that the server may be silent
     retries  how often a request is repeated that was not answered, or answered "later"
     """
 
-    def __init__(self, url="http://127.0.0.1:8080", *, timeout=120.0, retries=8):
+    def __init__(self, url="http://127.0.0.1:8080", *, api_key=None, timeout=120.0, retries=8):
         parts = urllib.parse.urlsplit(url)
         if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment:
             raise ValueError(f"'{url}' is not http://host:port or https://host")
         self.url, self.timeout, self.retries = url, timeout, retries
         self._parts, self._folder = parts, parts.path.rstrip("/")
+        key = api_key or os.environ.get("RELIT_API_KEY")
+        self._headers = {"Authorization": f"Bearer {key}"} if key else {}
         self._local = threading.local()
 
     # --- Images and pictures ---
@@ -184,7 +187,7 @@ class Client:
     def _exchange(self, method, path, body, headers, later):
         with _network():
             connection = self._connection()
-            connection.request(method, self._folder + path, body, headers)
+            connection.request(method, self._folder + path, body, {**self._headers, **headers})
             reply = _Reply(connection.getresponse())
         _check(self.url, reply, later)
         return reply
@@ -205,7 +208,7 @@ class Client:
         connection = self._new_connection()
         try:
             with _network():
-                connection.request("GET", self._folder + path, headers=headers)
+                connection.request("GET", self._folder + path, headers={**self._headers, **headers})
                 response = connection.getresponse()
                 if response.status in (200, 204):
                     return connection, response
@@ -394,7 +397,7 @@ def _bytes_of(image):
 def _events_in(response):
     """Server-Sent Events as dicts; what is cut in the middle is none."""
     fields = {}
-    while line := _line_of(response):
+    while line := _read(response.readline):
         text = line.decode().rstrip("\r\n")
         if text:
             name, _, value = text.partition(":")
@@ -409,19 +412,14 @@ def _events_in(response):
         fields = {}
 
 
-def _line_of(response):
+def _read(read, *size):
     with _network():
-        return response.readline()
-
-
-def _piece_of(response):
-    with _network():
-        return response.read(1 << 20)
+        return read(*size)
 
 
 def _pieces_of(response):
     """A body to its end. Raises _Lost where it is cut short."""
-    while piece := _piece_of(response):
+    while piece := _read(response.read, 1 << 20):
         yield piece
     if response.length:
         raise _Lost(f"{response.length} bytes are missing at the end")

@@ -23,6 +23,7 @@ void fill_request(Head& head, Request& request) {
     request.head = head.method == "HEAD";
     request.method = request.head ? "GET" : head.method;
     request.path = head.path;
+    request.target = std::move(head.target);
     request.query = std::move(head.query);
     request.headers = std::move(head.headers);
 }

@@ -21,7 +21,8 @@ struct Exchange {
     Request request;
     const Route* route = nullptr;  ///< of a request with a body
     std::optional<Error> refusal;  ///< answered without reading further, then the connection is closed
-    bool keep_open = false;        ///< the connection, after the reply
+    bool denied = false;     ///< the refusal is about who asks: nothing is wrong with the request
+    bool keep_open = false;  ///< the connection, after the reply
 };
 
 /// Receives a head into `exchange` and judges by it what the body may be; what is wrong with it is

@@ -88,6 +88,7 @@ void read_target(std::string_view target, Head& head) {
     }
     if (!target.starts_with('/') || target.find('#') != std::string_view::npos)
         throw malformed("The request's target is not a path.");
+    head.target = target;
     const auto question = std::min(target.find('?'), target.size());
     head.path = decoded_path(target.substr(0, question));
     head.query = decoded_query(target.substr(std::min(question + 1, target.size())));

@@ -20,6 +20,7 @@ namespace relit::server {
 struct Head {
     std::string method;  ///< as sent: HEAD is HEAD here
     std::string path;    ///< percent-decoded UTF-8 without control characters; "*" of `OPTIONS *`
+    std::string target;  ///< path and query as sent
     std::multimap<std::string, std::string> query;  ///< decoded, `+` is a space
     Headers headers;                                ///< repeated ones joined by ", "
     std::optional<std::uint64_t> content_length;

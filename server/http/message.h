@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/access/rate_limit.h"
 #include "server/shared_bytes.h"
 
 namespace relit::server {
@@ -32,10 +33,20 @@ struct Part {
     std::string content;
 };
 
+/// What was found when the request was let in; see server/access/access.h.
+struct Admission {
+    std::string key;  ///< the name of the client's key; empty: none was asked for, or none was good
+    std::optional<std::int64_t> signed_for_s;  ///< for how long its signed URL is still good
+    std::optional<RateState> rate;             ///< of the client; nothing where it is not counted
+};
+
 struct Request {
-    std::string method;  ///< upper case; HEAD arrives as GET with `head` set
-    bool head = false;   ///< the reply's body will not be sent
-    std::string path;    ///< percent-decoded UTF-8, without the query
+    std::string method;        ///< upper case; HEAD arrives as GET with `head` set
+    bool head = false;         ///< the reply's body will not be sent
+    std::string path;          ///< percent-decoded UTF-8, without the query
+    std::string target;        ///< path and query as they were sent
+    std::string address = {};  ///< of the client; see peer.h
+    Admission admission = {};
     std::multimap<std::string, std::string> query;   ///< decoded
     Headers headers;                                 ///< repeated ones joined by ", "
     std::string body;                                ///< empty where `parts` is filled

@@ -13,6 +13,9 @@ namespace {
 constexpr ProblemKind kinds[] = {
     {error_code::malformed_request, 400, "The request cannot be understood"},
     {error_code::malformed_json, 400, "The JSON cannot be read"},
+    {error_code::unauthorized, 401, "An API key is needed"},
+    {error_code::forbidden, 403, "The API key does not allow this"},
+    {error_code::signature_refused, 403, "The signed URL is not good"},
     {error_code::not_found, 404, "There is no such thing"},
     {error_code::method_not_allowed, 405, "The method does not apply here"},
     {error_code::request_timeout, 408, "The request took too long to arrive"},
@@ -30,6 +33,7 @@ constexpr ProblemKind kinds[] = {
     {error_code::missing_field, 422, "A field is missing"},
     {error_code::duplicate_field, 422, "A field is there twice"},
     {error_code::key_reused, 422, "The idempotency key is taken"},
+    {error_code::rate_limited, 429, "Too many requests", 1},
     {error_code::headers_too_large, 431, "The headers are too large"},
     {error_code::internal, 500, "The server failed"},
     {error_code::storage_failed, 500, "The server could not reach its storage"},

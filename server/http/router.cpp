@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "server/access/access.h"
 #include "server/error_codes.h"
 #include "server/http/cors.h"
 #include "server/http/problem.h"
@@ -73,19 +74,32 @@ void count(const Router& router, const Request& request, const Reply& reply, Clo
     if (!reply.error_code.empty()) ++metrics.errors.of(reply.error_code);
 }
 
+// A reply is what its type says, no page's frame, and loads nothing; the pages have policies of their
+// own. Pictures may be shown by pages of other origins unless no other origin may read anything.
+void add_browser_headers(const CorsPolicy& cors, Reply& reply) {
+    reply.headers.emplace("X-Content-Type-Options", "nosniff");
+    reply.headers.emplace("Content-Security-Policy",
+                          "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
+    reply.headers.emplace("Cross-Origin-Resource-Policy",
+                          cors.allow == CorsPolicy::Allow::none ? "same-origin" : "cross-origin");
+    reply.headers.emplace("Referrer-Policy", "no-referrer");  // URLs may be signed
+}
+
 void finish(const Router& router, const Request& request, Reply& reply, Clock::time_point start,
             Services& services) {
     reply.headers.insert_or_assign("Relit-Request-Id", request.id);
-    reply.headers.emplace("X-Content-Type-Options", "nosniff");
+    add_browser_headers(services.cors, reply);
+    add_access_headers(request, reply);
     add_cors_headers(services.cors, request, reply);
     const auto time = Clock::now() - start;
     count(router, request, reply, time, services.metrics);
     const std::chrono::duration<double, std::milli> took = time;
-    spdlog::info("request id={} method={} path={} status={} bytes={} ms={:.2f}{}{}", request.id,
+    spdlog::info("request id={} method={} path={} status={} bytes={} ms={:.2f}{}{}{}{}", request.id,
                  request.head ? std::string_view("HEAD") : std::string_view(request.method),
                  loggable(request.path), reply.status,
                  reply.stream ? reply.stream->size_bytes.value_or(0) : reply.bytes().size(),
-                 took.count(), reply.error_code.empty() ? "" : " error=", reply.error_code);
+                 took.count(), request.admission.key.empty() ? "" : " key=", request.admission.key,
+                 reply.error_code.empty() ? "" : " error=", reply.error_code);
 }
 
 Reply answer_error(const Router& router, const Request& request, const Error& error) {
@@ -134,6 +148,14 @@ Router::Match Router::match(std::string_view method, std::string_view path) cons
     if (!path_exists) throw Error(error_code::not_found, "There is nothing at this path.");
     throw Error(error_code::method_not_allowed,
                 "The method does not apply to this path; it takes " + allowed_methods(path) + ".");
+}
+
+Scope Router::scope_of(std::string_view method, std::string_view path) const {
+    const auto segments = segments_of(path);
+    for (const Entry& entry : entries_)
+        if (entry.route.method == method && fits(entry.segments, segments))
+            return entry.route.scope;
+    return Scope::open;
 }
 
 bool Router::answers_while_stopping(std::string_view path) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "server/access/scope.h"
 #include "server/http/message.h"
 
 namespace relit::server {
@@ -21,6 +22,7 @@ struct Route {
     std::string_view method;  ///< "GET" answers HEAD too
     std::string_view pattern;  ///< "/v1/images/{id}/content": a name in braces takes one whole segment
     Handler handler = nullptr;
+    Scope scope = Scope::admin;        ///< of the key that it takes, where the server has keys
     std::size_t max_body_bytes = 0;    ///< refused from the Content-Length on, or when counted
     std::string_view limit_name = {};  ///< the setting behind max_body_bytes, for the refusal
     bool while_stopping = false;       ///< answered also when the server takes no more work
@@ -42,6 +44,9 @@ public:
     /// @throws Error not_found (no pattern fits), method_not_allowed (one fits, with other methods)
     [[nodiscard]] Match match(std::string_view method, std::string_view path) const;
 
+    /// The scope of a request's route; open for what is only told about, as OPTIONS and 404 are.
+    [[nodiscard]] Scope scope_of(std::string_view method, std::string_view path) const;
+
     /// The pattern that a path fits, whatever its methods; "none" where there is no such path.
     [[nodiscard]] std::string_view pattern_of(std::string_view path) const;
 
@@ -61,8 +66,9 @@ private:
 };
 
 /// Answers a request: match, call the handler, turn what it throws into a problem document. OPTIONS
-/// is answered here with `Allow`. Every reply carries `Relit-Request-Id` and the headers of CORS;
-/// every request is counted, and is one line of the log.
+/// is answered here with `Allow`. Every reply carries `Relit-Request-Id`, the headers of CORS, of access
+/// and those that keep browsers careful; every request is counted, and is one line of the log. Whether
+/// the client may ask was decided before: Access::admit().
 [[nodiscard]] Reply dispatch(const Router& router, Request request, Services& services);
 
 /// Answers a request that is refused before a handler sees it: with the same headers, counted and

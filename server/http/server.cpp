@@ -26,6 +26,7 @@
 #include "server/http/connection.h"
 #include "server/http/exchange.h"
 #include "server/http/hangup_watch.h"
+#include "server/http/peer.h"
 #include "server/http/workers.h"
 #include "server/services.h"
 
@@ -264,13 +265,18 @@ struct Server::Impl {
 
     Reply answer(Exchange& exchange) {
         if (exchange.refusal) {
-            exchange.keep_open = false;
+            exchange.keep_open =
+                exchange.denied && !exchange.head.has_body() && stays_open(exchange);
             return refuse(router, exchange.request, *exchange.refusal, services);
         }
         exchange.request.deadline = std::chrono::steady_clock::now() + limits.render_timeout;
         Reply reply = dispatch(router, std::move(exchange.request), services);
-        exchange.keep_open = exchange.head.keep_alive && !services.draining && !crowded;
+        exchange.keep_open = stays_open(exchange);
         return reply;
+    }
+
+    [[nodiscard]] bool stays_open(const Exchange& exchange) const {
+        return exchange.head.keep_alive && !services.draining && !crowded;
     }
 
     // Corrects what the library adds to every head.
@@ -286,22 +292,35 @@ struct Server::Impl {
         response.set_header("Date", http_date());
     }
 
+    // Before the body is read: who may not ask costs nothing.
+    void admit(Exchange& exchange) {
+        Request& request = exchange.request;
+        try {
+            services.access.admit(router.scope_of(request.method, request.path), request);
+        } catch (const Error& error) {
+            exchange.refusal = error;
+            exchange.denied = true;
+        }
+    }
+
     // --- connections ---
 
     void serve_connection(int socket) {
         Connection connection(socket, limits, services.metrics.traffic);
         const Counted open(services.metrics.connections);
         const auto watched = hangups.watch(socket);
+        const std::string address = peer_address(socket);
         try {
             while (connection.wait_for_request(give_way))
-                if (!serve_request(connection, watched.token())) break;
+                if (!serve_request(connection, address, watched.token())) break;
         } catch (const std::exception& error) {
             spdlog::error("connection given up: {}", error.what());
         }
     }
 
     // @return whether the connection stays open
-    bool serve_request(Connection& connection, std::stop_token client_gone) {
+    bool serve_request(Connection& connection, const std::string& address,
+                       std::stop_token client_gone) {
         const Counted busy(under_way);
         Exchange exchange;
         if (!receive_head(connection, router, limits, exchange)) return false;
@@ -310,7 +329,9 @@ struct Server::Impl {
             exchange.refusal.emplace(error_code::shutting_down,
                                      "The server is stopping and takes no more work.");
         exchange.request.id = new_request_id();
+        exchange.request.address = address;
         exchange.request.client_gone = std::move(client_gone);
+        if (!exchange.refusal) admit(exchange);
         LibraryStream stream(connection, library_head(exchange), limits);
         Passage passage{exchange, stream};
         current = &passage;

@@ -3,6 +3,7 @@
 #include "server/http/problem.h"
 #include "server/routes/meta.h"
 #include "server/routes/query.h"
+#include "server/routes/routes.h"
 #include "server/schema/capabilities_json.h"
 #include "server/schema/openapi.h"
 #include "server/schema/presets.h"
@@ -37,9 +38,13 @@ Reply get_openapi(const Request& request, Services& services) {
     std::vector<ProblemCode> problems;
     for (const ProblemKind& kind : problem_kinds())
         problems.push_back({kind.code, kind.status, kind.title});
+    std::vector<OperationScope> scopes;
+    for (const Route& route : routes(services.limits))
+        scopes.push_back({route.method, route.pattern, name_of(route.scope)});
     return text_reply(request, openapi_json({.version = version(),
                                              .max_lights = services.limits.max_lights,
-                                             .problems = problems}));
+                                             .problems = problems,
+                                             .scopes = scopes}));
 }
 
 }  // namespace relit::server

@@ -1,4 +1,5 @@
-// The table of everything the server answers: method, pattern, handler, and what a body may weigh.
+// The table of everything the server answers: method, pattern, handler, the scope of the
+// key that it takes, and what a body may weigh.
 #pragma once
 
 #include <vector>

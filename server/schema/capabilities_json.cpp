@@ -59,6 +59,8 @@ OrderedJson limits_of(const Limits& limits) {
         {"maxStreams", limits.streams_at_once()},
         {"maxConnections", limits.max_connections},
         {"maxQueue", limits.max_queue},
+        {"rateLimit", limits.rate_limit},
+        {"rateBurst", limits.rate_burst},
         {"renderTimeout", limits.render_timeout.count()},
         {"idleTimeout", limits.idle_timeout.count()},
     };

@@ -2,8 +2,11 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
 #include "embedded/openapi.h"
 #include "server/schema/field_schema.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {
@@ -45,6 +48,35 @@ void add_flat_parameters(OrderedJson& parameters) {
     }
 }
 
+// {extension} stands for several paths of one scope.
+bool is_path(const std::string& described, std::string_view path) {
+    const auto end = described.find("{extension}");
+    return end == std::string::npos ? path == described
+                                    : path.starts_with(described.substr(0, end));
+}
+
+bool is_method(const std::string& described, std::string_view method) {
+    return std::equal(described.begin(), described.end(), method.begin(), method.end(),
+                      [](char a, char b) { return a == lower(b); });
+}
+
+// What one of these has to hold; {} is a server that asks for no keys.
+OrderedJson security_of(std::string_view scope, bool is_get) {
+    if (scope == "open") return OrderedJson::array();
+    const OrderedJson scopes = OrderedJson::array({scope});
+    OrderedJson security = {OrderedJson::object(), {{"key", scopes}}};
+    if (is_get) security.push_back({{"signedUrl", scopes}});
+    return security;
+}
+
+void add_security(const std::string& path, OrderedJson& operations,
+                  const std::vector<OperationScope>& scopes) {
+    for (auto& [method, operation] : operations.items())
+        for (const OperationScope& row : scopes)
+            if (is_path(path, row.path) && is_method(method, row.method))
+                operation["security"] = security_of(row.scope, method == "get");
+}
+
 }  // namespace
 
 std::string openapi_json(const OpenApiFacts& facts) {
@@ -54,9 +86,11 @@ std::string openapi_json(const OpenApiFacts& facts) {
     schemas.update(document["components"]["schemas"]);
     schemas["Problem"] = problem_schema(facts.problems);
     document["components"]["schemas"] = std::move(schemas);
-    for (auto& [path, operations] : document["paths"].items())
+    for (auto& [path, operations] : document["paths"].items()) {
+        add_security(path, operations, facts.scopes);
         if (path.find("/relit.") != std::string::npos)
             add_flat_parameters(operations["get"]["parameters"]);
+    }
     return document.dump();
 }
 

@@ -15,11 +15,19 @@ struct ProblemCode {
     std::string_view title;
 };
 
+/// The scope that an operation takes: "open", or what a key has to be good for.
+struct OperationScope {
+    std::string_view method;  ///< upper case
+    std::string_view path;    ///< as the document spells it, except for {extension}
+    std::string_view scope;
+};
+
 /// What the document says of the server that serves it.
 struct OpenApiFacts {
     std::string_view version;
     int max_lights;
-    std::vector<ProblemCode> problems;  ///< every code that a problem document may have
+    std::vector<ProblemCode> problems;   ///< every code that a problem document may have
+    std::vector<OperationScope> scopes;  ///< of every operation
 };
 
 [[nodiscard]] std::string openapi_json(const OpenApiFacts& facts);

@@ -6,6 +6,7 @@ import pathlib
 import tarfile
 import tempfile
 import unittest
+import unittest.mock
 import zipfile
 
 import relit
@@ -22,6 +23,40 @@ def problem(status, code, detail, headers=None):
 
 def answer(value, status=200):
     return status, {"Content-Type": "application/json"}, json.dumps(value).encode()
+
+
+class Keys(unittest.TestCase):
+    key = "python-0123456789"
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        keys = pathlib.Path(folder.name, "keys")
+        keys.touch(mode=0o600)
+        keys.write_text(f"{self.key} render\n")
+        self.relitd = Relitd(f"--api-keys={keys}")
+        self.addCleanup(self.relitd.close)
+
+    def client(self, **more):
+        client = relit.Client(self.relitd.url, **more)
+        self.addCleanup(client.close)
+        return client
+
+    def test_a_key_is_sent_with_every_request(self):
+        client = self.client(api_key=self.key)
+        relief = client.upload(PLATO)["id"]
+        batch = client.submit(scenes=[{"height": {"image": relief}, "output": {"width": 24}}])
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertEqual(batch.save(folder), {})
+
+    def test_it_may_come_from_the_environment(self):
+        with unittest.mock.patch.dict(os.environ, RELIT_API_KEY=self.key):
+            self.assertIn("presets", self.client().get("/v1/presets"))
+
+    def test_without_one_the_refusal_says_so(self):
+        with self.assertRaises(relit.Problem) as raised:
+            self.client().get("/v1/presets")
+        self.assertEqual((raised.exception.status, raised.exception.code), (401, "unauthorized"))
 
 
 class WithServer(unittest.TestCase):

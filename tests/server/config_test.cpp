@@ -74,6 +74,33 @@ TEST(Config, SizesHaveUnitsAndTimesAreSeconds) {
     EXPECT_EQ(result.config.limits.stop_timeout, std::chrono::seconds(5));
 }
 
+TEST(Config, OtherMachinesNeedKeysUnlessTheyAreLetInExpressly) {
+    const auto outcome = [](const std::vector<const char*>& arguments) -> std::string {
+        const auto [result, out, err] = read(arguments);
+        EXPECT_FALSE(result.exit_status) << err;
+        try {
+            return check_who_may_reach_it(result.config);
+        } catch (const std::runtime_error& error) {
+            return std::string("refused: ") + error.what();
+        }
+    };
+    EXPECT_EQ(outcome({}), "");
+    for (const char* host : {"127.0.0.1", "127.8.9.10", "::1", "localhost"}) {
+        EXPECT_EQ(outcome({"--host", host}), "") << host;
+        EXPECT_EQ(outcome({"--host", host, "--insecure"}), "") << host;
+    }
+    for (const char* host : {"0.0.0.0", "::", "192.168.1.2", "10.127.0.1", "::ffff:127.0.0.1",
+                             "example.org", "localhost.example.org", "127.0.0.1.example.org"}) {
+        EXPECT_NE(outcome({"--host", host}).find("refused: --host"), std::string::npos) << host;
+        EXPECT_NE(outcome({"--host", host, "--insecure"}).find("INSECURE"), std::string::npos);
+        EXPECT_EQ(outcome({"--host", host, "--api-keys", "/etc/relit/keys"}), "") << host;
+    }
+    EXPECT_NE(outcome({"--insecure", "--api-keys=/etc/relit/keys"}).find("exclude each other"),
+              std::string::npos);
+    const Variable insecure("RELIT_INSECURE", "true");
+    EXPECT_NE(outcome({"--host=::"}).find("INSECURE"), std::string::npos) << "as a variable";
+}
+
 TEST(Config, UnknownFlagsAndRefusedValuesExitWith2AndAReason) {
     for (const auto& arguments :
          std::vector<std::vector<const char*>>{{"--prot", "80"},

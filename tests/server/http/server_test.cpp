@@ -70,11 +70,11 @@ Reply render_with_slot(const Request& request, Services& services) {
 }
 
 std::vector<Route> test_routes() {
-    return {{"POST", "/echo", echo, 1000, "max-echo"},
-            {"POST", "/echo-large", echo, 64 << 20, "max-echo"},
+    return {{"POST", "/echo", echo, Scope::render, 1000, "max-echo"},
+            {"POST", "/echo-large", echo, Scope::render, 64 << 20, "max-echo"},
             {"GET", "/large", large},
             {"GET", "/work", work_long},
-            {"POST", "/work", work_long, 1000, "max-work"},
+            {"POST", "/work", work_long, Scope::render, 1000, "max-work"},
             {"GET", "/render", render_with_slot},
             {"GET", "/healthz", get_health}};
 }

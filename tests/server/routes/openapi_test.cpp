@@ -99,6 +99,22 @@ TEST_F(OpenApi, NamesEveryOperationOnceAndSaysWhatItDoes) {
         }
 }
 
+TEST_F(OpenApi, SaysTheScopeOfEveryOperation) {
+    const Json& paths = document["paths"];
+    EXPECT_EQ(paths["/healthz"]["get"]["security"], Json::array());
+    EXPECT_EQ(paths["/v1/images"]["post"]["security"], Json::parse(R"([{}, {"key": ["render"]}])"));
+    EXPECT_EQ(paths["/v1/images/{id}/relit.{extension}"]["get"]["security"],
+              Json::parse(R"([{}, {"key": ["render"]}, {"signedUrl": ["render"]}])"));
+    for (const auto& [path, item] : paths.items())
+        for (const auto& [method, operation] : item.items()) {
+            if (method == "parameters") continue;
+            ASSERT_TRUE(operation.contains("security")) << method << " " << path;
+            for (const Json& scheme : operation["security"])
+                for (const auto& [name, scopes] : scheme.items())
+                    EXPECT_TRUE(document["components"]["securitySchemes"].contains(name)) << name;
+        }
+}
+
 TEST_F(OpenApi, SaysTheLimitOfLightsThatThisServerHas) {
     EXPECT_EQ(document["components"]["schemas"]["Scene"]["properties"]["lights"]["maxItems"],
               services_.limits.max_lights);
