@@ -153,8 +153,16 @@ void add_settings(CLI::App& app, Config& config) {
         ->check(CLI::Range(0, 1'000'000));
     setting(app, "--rate-burst", limits.rate_burst, "Of those, at once after a pause")->check(count);
 
-    setting(app, "--max-connections", limits.max_connections, "Connections at once; more wait")
+    setting(app, "--max-connections", limits.max_connections,
+            "Connections at once, each with a thread; more wait")
         ->check(CLI::Range(1, 20'000));
+    setting(app, "--max-waiting-connections", limits.max_waiting_connections,
+            "Of those that wait; more are refused with 503")
+        ->check(CLI::Range(1, 20'000));
+    setting(
+        app, "--max-address-connections", limits.max_address_connections,
+        "Connections of one address, waiting ones too; more are refused with 429; 0: any number")
+        ->check(CLI::Range(0, 100'000));
     setting(app, "--max-renders", limits.max_renders,
             "Renders at once, at most one per thread; 0: one for every two")
         ->check(CLI::Range(0, 1024));
@@ -197,6 +205,8 @@ void add_settings(CLI::App& app, Config& config) {
     time_setting(app, "--write-timeout", limits.write_timeout, "Longest pause within a reply");
     size_setting(app, "--min-bytes-per-second", limits.min_bytes_per_second,
                  "Slowest transfer of a body or reply, after write-timeout");
+    time_setting(app, "--transfer-timeout", limits.transfer_timeout,
+                 "Longest time of a body, or of a reply, in all");
     time_setting(app, "--render-timeout", limits.render_timeout,
                  "From a request to its picture, queue included");
     time_setting(app, "--stop-timeout", limits.stop_timeout,

@@ -124,8 +124,14 @@ std::string metrics_text(const Metrics& metrics, std::string_view version,
     counter("relit_rendered_pixels_total", "Pixels of finished pictures.", metrics.rendered_pixels);
     counter("relit_received_bytes_total", "Bytes that clients sent.", metrics.traffic.received);
     counter("relit_sent_bytes_total", "Bytes sent to clients.", metrics.traffic.sent);
-    write_head(text, "relit_connections", "gauge", "Connections open.");
+    write_head(text, "relit_connections", "gauge", "Connections open, each with a thread.");
     write_sample(text, "relit_connections", {}, metrics.connections.load());
+    write_head(text, "relit_waiting_connections", "gauge",
+               "Connections open, in line for a thread.");
+    write_sample(text, "relit_waiting_connections", {}, metrics.waiting_connections.load());
+    write_head(text, "relit_refused_connections_total", "counter",
+               "Connections for which there was no place in line.");
+    write_sample(text, "relit_refused_connections_total", {}, metrics.refused_connections.load());
     for (const PlainMetric& other : others) {
         write_head(text, other.name, other.rises ? "counter" : "gauge", other.help);
         write_sample(text, other.name, {}, other.value);

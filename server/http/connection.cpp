@@ -35,6 +35,14 @@ bool wait_for(int socket, short events, Clock::time_point deadline) {
     }
 }
 
+// Is `other` readable while `socket` is not, by the deadline? -1 never is.
+bool asks_first(int other, int socket, Clock::time_point deadline) {
+    pollfd waiting[2] = {{.fd = socket, .events = POLLIN, .revents = 0},
+                         {.fd = other, .events = POLLIN, .revents = 0}};
+    const int ready = ::poll(waiting, 2, milliseconds_until(deadline));
+    return ready > 0 && waiting[0].revents == 0;
+}
+
 }  // namespace
 
 Connection::~Connection() { ::close(socket_); }
@@ -73,10 +81,11 @@ Connection::Received Connection::receive_from_socket(char* data, std::size_t siz
     }
 }
 
-Connection::ReceivedHead Connection::receive_head() {
+Connection::ReceivedHead Connection::receive_head(int give_way) {
     buffer_.erase(0, taken_);
     taken_ = 0;
-    const auto deadline = Clock::now() + limits_.head_timeout;
+    const auto begin = Clock::now();
+    auto deadline = begin + limits_.head_timeout;
     std::size_t looked_at = 0;
     for (;;) {
         while (buffered().starts_with("\r\n")) {  // RFC 9112, 2.2: empty lines before a request
@@ -93,6 +102,11 @@ Connection::ReceivedHead Connection::receive_head() {
 
         char data[piece];
         const auto patience = std::min(deadline, Clock::now() + limits_.read_timeout);
+        if (asks_first(give_way, socket_, patience)) {  // somebody waits who has sent all of his
+            deadline = std::min(deadline, begin + first_words_time);
+            give_way = -1;
+            continue;
+        }
         const auto received = receive_from_socket(data, sizeof data, patience);
         if (received.got != Got::data) return {.got = received.got};
         buffer_.append(data, received.size);
@@ -126,6 +140,7 @@ Connection::Received Connection::receive(char* data, std::size_t size, Pace& pac
 }
 
 std::size_t Connection::send(std::string_view data, Pace& pace) {
+    if (Clock::now() > pace.deadline()) return 0;
     for (;;) {
         const auto sent = ::send(socket_, data.data(), data.size(), MSG_NOSIGNAL);
         if (sent > 0) {

@@ -3,6 +3,7 @@
 // ends.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <optional>
@@ -14,22 +15,28 @@
 
 namespace relit::server {
 
-/// When a transfer that has moved so many bytes is too slow: a grace period, then an average.
+/// When a transfer that has moved so many bytes is too slow: a grace period, then an average, and in
+/// all no longer than transfer_timeout.
 class Pace {
 public:
     using Clock = std::chrono::steady_clock;
-    Pace(std::chrono::seconds grace, std::size_t min_bytes_per_second)
-        : start_(Clock::now()), grace_(grace), rate_(double(min_bytes_per_second)) {}
+    explicit Pace(const Limits& limits)
+        : start_(Clock::now()),
+          grace_(limits.write_timeout),
+          longest_(limits.transfer_timeout),
+          rate_(double(limits.min_bytes_per_second)) {}
 
     void add(std::size_t bytes) { bytes_ += bytes; }
     [[nodiscard]] Clock::time_point deadline() const {
-        return start_ + grace_ +
-               std::chrono::milliseconds(static_cast<long long>(1000.0 * double(bytes_) / rate_));
+        const auto for_bytes =
+            std::chrono::milliseconds(static_cast<long long>(1000.0 * double(bytes_) / rate_));
+        return start_ + std::min<Clock::duration>(grace_ + for_bytes, longest_);
     }
 
 private:
     Clock::time_point start_;
     std::chrono::seconds grace_;
+    std::chrono::seconds longest_;
     double rate_;
     std::size_t bytes_ = 0;
 };
@@ -55,13 +62,14 @@ public:
     [[nodiscard]] bool wait_for_request(int give_way);
 
     /// Receives until the buffer ends in a whole head, which is left in `buffered()`.
+    /// @param give_way  descriptor that, when readable, leaves the head a second in all; -1: none
     struct ReceivedHead {
         Got got = Got::end;    ///< data: see the rest
         std::size_t size = 0;  ///< of the head, when whole
         bool malformed = false;
         bool too_large = false;
     };
-    [[nodiscard]] ReceivedHead receive_head();
+    [[nodiscard]] ReceivedHead receive_head(int give_way);
 
     [[nodiscard]] std::string_view buffered() const {
         return std::string_view(buffer_).substr(taken_);

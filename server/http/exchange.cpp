@@ -58,9 +58,9 @@ void judge_body(const Router& router, Exchange& exchange) {
 
 }  // namespace
 
-bool receive_head(Connection& connection, const Router& router, const Limits& limits,
+bool receive_head(Connection& connection, const Router& router, const Limits& limits, int give_way,
                   Exchange& exchange) {
-    const auto received = connection.receive_head();
+    const auto received = connection.receive_head(give_way);
     if (received.got == Connection::Got::end || received.got == Connection::Got::failure)
         return false;
     const auto text = connection.buffered();

@@ -21,15 +21,17 @@ struct Exchange {
     Request request;
     const Route* route = nullptr;  ///< of a request with a body
     std::optional<Error> refusal;  ///< answered without reading further, then the connection is closed
+    bool is_probe = false;   ///< answered by the thread that accepts: no second request follows
     bool denied = false;     ///< the refusal is about who asks: nothing is wrong with the request
     bool keep_open = false;  ///< the connection, after the reply
 };
 
 /// Receives a head into `exchange` and judges by it what the body may be; what is wrong with it is
 /// left in `refusal`.
+/// @param give_way  see Connection::receive_head()
 /// @return false where there is nobody to answer
 [[nodiscard]] bool receive_head(Connection& connection, const Router& router, const Limits& limits,
-                                Exchange& exchange);
+                                int give_way, Exchange& exchange);
 
 /// The body of a request as it arrives; it becomes the request's when it is whole. Its bytes are
 /// counted together with those of all bodies under way until it is destroyed.

@@ -1,9 +1,6 @@
 #include "server/http/server.h"
 
 #include <fcntl.h>
-#include <netinet/tcp.h>
-#include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -14,20 +11,18 @@
 
 #include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 #include <limits>
 #include <new>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
 #include "server/error_codes.h"
+#include "server/http/acceptor.h"
 #include "server/http/connection.h"
 #include "server/http/exchange.h"
 #include "server/http/hangup_watch.h"
 #include "server/http/peer.h"
-#include "server/http/workers.h"
 #include "server/services.h"
 
 namespace relit::server {
@@ -63,11 +58,11 @@ public:
     /// From here on nothing is read: the library would look for the rest of a refused body.
     void begin_reply() {
         reply_begun_ = true;
-        pace_ = Pace(limits_.write_timeout, limits_.min_bytes_per_second);
+        pace_ = Pace(limits_);
     }
 
     /// What has been sent says nothing of how fast the client is: the rest was not there yet.
-    void begin_piece() { pace_ = Pace(limits_.write_timeout, limits_.min_bytes_per_second); }
+    void begin_piece() { pace_ = Pace(limits_); }
 
     [[nodiscard]] Connection::Got last() const { return last_; }
 
@@ -84,7 +79,7 @@ private:
     Connection& connection_;
     std::string head_;
     const Limits& limits_;
-    Pace pace_{limits_.write_timeout, limits_.min_bytes_per_second};
+    Pace pace_{limits_};
     std::size_t head_read_ = 0;
     Connection::Got last_ = Connection::Got::data;
     bool reply_begun_ = false;
@@ -208,7 +203,6 @@ void give_to_library(Reply reply, const Passage& passage, httplib::Response& res
 struct Server::Impl {
     Impl(const Router& its_router, Services& its_services, const Limits& its_limits)
         : router(its_router), services(its_services), limits(its_limits) {
-        if (give_way < 0 || stop_accepting < 0) throw std::runtime_error("out of file descriptors");
         library.set_payload_max_length(std::numeric_limits<std::size_t>::max());  // counted by us
         library.set_pre_routing_handler(
             [this](const httplib::Request&, httplib::Response& response) {
@@ -231,8 +225,6 @@ struct Server::Impl {
 
     ~Impl() {
         if (listener >= 0) ::close(listener);
-        ::close(give_way);
-        ::close(stop_accepting);
     }
 
     // --- callbacks of the library, in their order ---
@@ -276,7 +268,8 @@ struct Server::Impl {
     }
 
     [[nodiscard]] bool stays_open(const Exchange& exchange) const {
-        return exchange.head.keep_alive && !services.draining && !crowded;
+        return exchange.head.keep_alive && !services.draining && !acceptor.crowded() &&
+               !exchange.is_probe;
     }
 
     // Corrects what the library adds to every head.
@@ -311,8 +304,32 @@ struct Server::Impl {
         const auto watched = hangups.watch(socket);
         const std::string address = peer_address(socket);
         try {
-            while (connection.wait_for_request(give_way))
+            while (connection.wait_for_request(acceptor.give_way()))
                 if (!serve_request(connection, address, watched.token())) break;
+        } catch (const std::exception& error) {
+            spdlog::error("connection given up: {}", error.what());
+        }
+    }
+
+    // Health and readiness: they wait for nothing and are small, so that the thread that accepts
+    // connections can answer them when no other is free.
+    [[nodiscard]] bool is_probe(std::string_view sent) const {
+        const HeadEnd end = find_head_end(sent);
+        if (end.state != HeadEnd::complete || end.size != sent.size()) return false;
+        try {
+            const Head head = parse_head(sent, limits);
+            return (head.method == "GET" || head.method == "HEAD") &&
+                   router.answers_while_stopping(head.path) &&
+                   router.scope_of("GET", head.path) == Scope::open;
+        } catch (const Error&) {
+            return false;
+        }
+    }
+
+    void answer_probe(int socket) {
+        Connection connection(socket, limits, services.metrics.traffic);
+        try {
+            (void)serve_request(connection, {}, {}, /*is_probe=*/true);
         } catch (const std::exception& error) {
             spdlog::error("connection given up: {}", error.what());
         }
@@ -320,10 +337,12 @@ struct Server::Impl {
 
     // @return whether the connection stays open
     bool serve_request(Connection& connection, const std::string& address,
-                       std::stop_token client_gone) {
+                       std::stop_token client_gone, bool is_probe = false) {
         const Counted busy(under_way);
         Exchange exchange;
-        if (!receive_head(connection, router, limits, exchange)) return false;
+        exchange.is_probe = is_probe;
+        if (!receive_head(connection, router, limits, is_probe ? -1 : acceptor.give_way(), exchange))
+            return false;
         if (!exchange.refusal && services.draining &&
             !router.answers_while_stopping(exchange.request.path))
             exchange.refusal.emplace(error_code::shutting_down,
@@ -340,57 +359,24 @@ struct Server::Impl {
             library.process_request(stream, {}, 0, {}, 0, false, closed, nullptr, nullptr);
         current = nullptr;
         if (sent && exchange.keep_open) return true;
-        if (sent && (exchange.refusal || connection.has_more())) connection.close_lingering();
+        if (sent && !is_probe && (exchange.refusal || connection.has_more()))
+            connection.close_lingering();
         return false;
-    }
-
-    // --- listening ---
-
-    void accept_connections() {
-        pollfd waiting[2] = {{.fd = listener, .events = POLLIN, .revents = 0},
-                             {.fd = stop_accepting, .events = POLLIN, .revents = 0}};
-        while (!services.stopping) {
-            if (::poll(waiting, 2, -1) < 0 && errno != EINTR)
-                throw std::runtime_error("poll failed");
-            make_room();
-            if (services.stopping) return;
-            const int socket = ::accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-            if (socket >= 0) {
-                const int on = 1;
-                ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-                workers.hand_over(socket);
-            } else if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
-                spdlog::warn("no connection accepted: {}", std::strerror(errno));
-                std::this_thread::sleep_for(std::chrono::milliseconds(100));
-            }
-        }
-    }
-
-    // A client wants in: with all threads at work, idle connections give way, and it waits in the
-    // backlog.
-    void make_room() {
-        if (!workers.full()) return;
-        crowded = true;
-        ::eventfd_write(give_way, 1);
-        workers.wait_for_room();
-        crowded = false;
-        eventfd_t value = 0;
-        if (!services.stopping) ::eventfd_read(give_way, &value);
-        if (services.stopping) ::eventfd_write(give_way, 1);  // stop() may have come between
     }
 
     const Router& router;
     Services& services;
     const Limits& limits;
-    std::atomic<bool> crowded{false};  // somebody waits for a connection to end
-    std::atomic<int> under_way{0};     // requests
+    std::atomic<int> under_way{0};  // requests
     std::atomic<std::size_t> body_bytes{0};
     int listener = -1;
-    int give_way = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    int stop_accepting = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     Library library;
     HangupWatch hangups;
-    Workers workers{limits.max_connections, [this](int socket) { serve_connection(socket); }};
+    Acceptor acceptor{limits,
+                      services.metrics,
+                      {.serve = [this](int socket) { serve_connection(socket); },
+                       .is_probe = [this](std::string_view sent) { return is_probe(sent); },
+                       .answer = [this](int socket) { answer_probe(socket); }}};
 };
 
 Server::Server(const Router& router, Services& services, const Limits& limits)
@@ -413,10 +399,10 @@ int Server::bind(const std::string& host, int port) {
 }
 
 void Server::serve() {
-    impl_->accept_connections();
+    impl_->acceptor.run(impl_->listener);
     ::close(
         std::exchange(impl_->listener, -1));  // from here on clients are refused, not left waiting
-    impl_->workers.finish();
+    impl_->acceptor.finish();
 }
 
 void Server::drain() { impl_->services.draining = true; }
@@ -426,9 +412,7 @@ int Server::requests_under_way() const { return impl_->under_way; }
 void Server::stop() {
     drain();
     impl_->services.stopping = true;
-    ::eventfd_write(impl_->give_way, 1);
-    ::eventfd_write(impl_->stop_accepting, 1);
-    impl_->workers.release();
+    impl_->acceptor.stop();
 }
 
 void Server::cancel() { impl_->hangups.stop_all(/*and_close=*/false); }

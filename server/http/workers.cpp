@@ -1,11 +1,12 @@
 #include "server/http/workers.h"
 
 #include <system_error>
+#include <utility>
 
 namespace relit::server {
 
-Workers::Workers(int max, std::function<void(int)> serve)
-    : max_(std::size_t(max)), serve_(std::move(serve)) {}
+Workers::Workers(int max, std::function<void()> room)
+    : max_(std::size_t(max)), room_(std::move(room)) {}
 
 Workers::~Workers() { finish(); }
 
@@ -14,27 +15,14 @@ bool Workers::full() const {
     return busy_ >= max_;
 }
 
-void Workers::wait_for_room() {
-    std::unique_lock lock(mutex_);
-    room_there_.wait(lock, [&] { return busy_ < max_ || released_; });
-}
-
-void Workers::release() {
-    {
-        const std::scoped_lock lock(mutex_);
-        released_ = true;
-    }
-    room_there_.notify_all();
-}
-
-void Workers::hand_over(int socket) {
+void Workers::hand_over(std::function<void()> job) {
     const std::scoped_lock lock(mutex_);
     if (threads_.size() <= busy_ && threads_.size() < max_) try {
             threads_.emplace_back([this] { work(); });
         } catch (const std::system_error&) {
-            if (threads_.empty()) throw;  // otherwise the socket waits for a thread there is
+            if (threads_.empty()) throw;  // otherwise the job waits for a thread there is
         }
-    sockets_.push_back(socket);
+    jobs_.push_back(std::move(job));
     ++busy_;
     work_there_.notify_one();
 }
@@ -42,15 +30,19 @@ void Workers::hand_over(int socket) {
 void Workers::work() {
     std::unique_lock lock(mutex_);
     for (;;) {
-        work_there_.wait(lock, [&] { return !sockets_.empty() || finishing_; });
-        if (sockets_.empty()) return;
-        const int socket = sockets_.front();
-        sockets_.pop_front();
-        lock.unlock();
-        serve_(socket);
+        work_there_.wait(lock, [&] { return !jobs_.empty() || finishing_; });
+        if (jobs_.empty()) return;
+        {
+            const auto job = std::move(jobs_.front());
+            jobs_.pop_front();
+            lock.unlock();
+            job();
+        }
         lock.lock();
         --busy_;
-        room_there_.notify_one();
+        lock.unlock();
+        room_();
+        lock.lock();
     }
 }
 

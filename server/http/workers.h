@@ -13,10 +13,9 @@ namespace relit::server {
 
 class Workers {
 public:
-    /// @param max    threads at most, > 0
-    /// @param serve  called with each socket handed over, on a thread of its own; owns and closes
-    ///               it
-    Workers(int max, std::function<void(int socket)> serve);
+    /// @param max   threads at most, > 0
+    /// @param room  called on a thread that has come to the end of a job and is free for another
+    Workers(int max, std::function<void()> room);
     ~Workers();  ///< finish()
     Workers(const Workers&) = delete;
     Workers& operator=(const Workers&) = delete;
@@ -24,27 +23,22 @@ public:
     /// Are all threads there may be at work?
     [[nodiscard]] bool full() const;
 
-    /// Waits until one is not, or until `release()`.
-    void wait_for_room();
-    void release();
+    /// Has `job` done on a thread of its own. @throws std::system_error when a first thread cannot
+    /// be started
+    void hand_over(std::function<void()> job);
 
-    /// Has `socket` served. @throws std::system_error when a first thread cannot be started
-    void hand_over(int socket);
-
-    /// Lets the sockets handed over be served to their end; returns when all threads are gone.
+    /// Lets the jobs handed over come to their end; returns when all threads are gone.
     void finish();
 
 private:
     void work();
 
     const std::size_t max_;
-    const std::function<void(int)> serve_;
+    const std::function<void()> room_;
     mutable std::mutex mutex_;
     std::condition_variable work_there_;
-    std::condition_variable room_there_;
-    std::deque<int> sockets_;
-    std::size_t busy_ = 0;  // handed over and not yet served to the end
-    bool released_ = false;
+    std::deque<std::function<void()>> jobs_;
+    std::size_t busy_ = 0;  // handed over and not yet at their end
     bool finishing_ = false;
     std::vector<std::thread> threads_;
 };

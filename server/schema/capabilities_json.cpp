@@ -58,11 +58,14 @@ OrderedJson limits_of(const Limits& limits) {
         {"batchFrameTimeout", limits.batch_frame_timeout.count()},
         {"maxStreams", limits.streams_at_once()},
         {"maxConnections", limits.max_connections},
+        {"maxWaitingConnections", limits.max_waiting_connections},
+        {"maxAddressConnections", limits.max_address_connections},
         {"maxQueue", limits.max_queue},
         {"rateLimit", limits.rate_limit},
         {"rateBurst", limits.rate_burst},
         {"renderTimeout", limits.render_timeout.count()},
         {"idleTimeout", limits.idle_timeout.count()},
+        {"transferTimeout", limits.transfer_timeout.count()},
     };
 }
 

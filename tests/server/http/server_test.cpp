@@ -2,13 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <condition_variable>
-#include <mutex>
 #include <thread>
 
 #include "server/error_codes.h"
 #include "server/routes/meta.h"
+#include "tests/server/http/long_work.h"
 #include "tests/support/http_client.h"
 #include "tests/support/test_server.h"
 
@@ -30,38 +28,6 @@ Reply echo(const Request& request, Services&) {
 
 Reply large(const Request&, Services&) {
     return {.content_type = "text/plain", .body = std::string(8 << 20, 'x')};
-}
-
-// A handler that works until it is told to stop, or the test lets it finish.
-struct Work {
-    std::mutex mutex;
-    std::condition_variable_any changed;
-    int begun = 0;
-    bool finish = false;
-    std::atomic<int> abandoned{0};
-    std::atomic<Clock::time_point> abandoned_at{};
-
-    void wait_until_begun(int count) {
-        std::unique_lock lock(mutex);
-        ASSERT_TRUE(changed.wait_for(lock, 10s, [&] { return begun >= count; }));
-    }
-    void let_finish() {
-        const std::scoped_lock lock(mutex);
-        finish = true;
-        changed.notify_all();
-    }
-};
-Work* work = nullptr;
-
-Reply work_long(const Request& request, Services&) {
-    std::unique_lock lock(work->mutex);
-    ++work->begun;
-    work->changed.notify_all();
-    if (work->changed.wait(lock, request.client_gone, [] { return work->finish; }))
-        return {.body = "done"};
-    work->abandoned_at = Clock::now();
-    ++work->abandoned;
-    throw Error(error_code::cancelled, "abandoned");
 }
 
 Reply render_with_slot(const Request& request, Services& services) {
@@ -286,7 +252,7 @@ TEST_F(Transport, IdleConnectionsGiveWayWhenAllAreTaken) {
     for (auto& connection : idle)
         EXPECT_FALSE(connection->hears_within(50ms)) << "nobody else is there yet";
     const auto start = Clock::now();
-    EXPECT_EQ(http(server.port(), "GET", "/healthz").status, 200);
+    EXPECT_EQ(http(server.port(), "POST", "/echo", "a").status, 200);
     EXPECT_LT(Clock::now() - start, 1s);
 }
 
@@ -313,6 +279,19 @@ TEST_F(Transport, SilentAndDrippingClientsAreGivenUp) {
     for (int i = 0; i < 30 && !dripping_body.hears_within(100ms); ++i) dripping_body.send("x");
     EXPECT_EQ(dripping_body.receive().status, 408) << "a body in drops";
     EXPECT_TRUE(dripping_body.ends_within(500ms));
+}
+
+TEST_F(Transport, SteadyBodiesAndRepliesEndWithTheirTimeToo) {
+    Limits limits;
+    limits.min_bytes_per_second = 1;
+    limits.transfer_timeout = 1s;
+    TestServer server(test_routes(), limits);
+    RawConnection steady(server.port());
+    steady.send("POST /echo-large HTTP/1.1\r\nHost: a\r\nContent-Length: 8000000\r\n\r\n");
+    const auto start = Clock::now();
+    for (int i = 0; i < 100 && !steady.hears_within(20ms); ++i) steady.send(std::string(1000, 'x'));
+    EXPECT_EQ(steady.receive().status, 408);
+    EXPECT_LT(Clock::now() - start, 2s);
 }
 
 TEST_F(Transport, ClientThatReadsNothingIsGivenUp) {
