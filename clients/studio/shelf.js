@@ -1,0 +1,124 @@
+// The shelf on the left: reliefs to open, looks to put on, surroundings to light with. Thumbnails are the server's own
+// pictures, which the browser's cache keeps by their ETag; they are asked for one after the other, and only while the hand rests.
+import { overMap, same } from './scene.js'
+import { make } from './widgets.js'
+
+const side = 144 // pixels of a thumbnail
+
+/** Loads pictures one at a time while `isIdle()`. @return ask(img, url) */
+export function thumbnailQueue(isIdle) {
+  let waiting = []
+  let running = false
+  async function next() {
+    if (running || !waiting.length) return
+    if (!isIdle()) return void setTimeout(next, 120)
+    running = true
+    const { img, url } = waiting.shift()
+    if (img.isConnected && img.src !== url) {
+      const loaded = new Image()
+      loaded.src = url
+      await loaded.decode().then(() => {
+        img.src = url
+        img.classList.add('there')
+      }, () => img.removeAttribute('src'))
+    }
+    running = false
+    next()
+  }
+  return (img, url) => {
+    waiting = [...waiting.filter((job) => job.img !== img), { img, url }]
+    next()
+  }
+}
+
+function card(title, { pressed = false, tip = null } = {}) {
+  const img = make('img', { alt: '', width: side, height: side, draggable: false })
+  const button = make('button', { type: 'button', className: 'card', 'aria-pressed': String(pressed), 'data-tip': tip },
+    make('span', { className: 'thumb' }, img), make('span', { className: 'title' }, title))
+  return { button, img }
+}
+
+const small = { width: side, format: 'webp', quality: 80 }
+const capitals = (words) => words.replace(/(^|-)(.)/g, (_, dash, letter) => (dash ? ' ' : '') + letter.toUpperCase())
+const brief = ({ name, title }) => (name ? capitals(name) : title)
+
+/** @param actions  {openRelief(relief), choosePreset(name), chooseEnvironment(id)} */
+export function bindShelf(store, client, catalogue, isIdle, actions) {
+  const ask = thumbnailQueue(isIdle)
+  const parts = { reliefs: '', looks: '', surroundings: '' }
+  const fill = (id, key, cards) => {
+    if (parts[id] === key) return false
+    parts[id] = key
+    document.querySelector(`#${id} .cards`).replaceChildren(...cards().map(({ button }) => button))
+    return true
+  }
+
+  function showReliefs() {
+    fill('reliefs', catalogue.reliefs.map(({ id }) => id).join(), () => catalogue.reliefs.map((relief) => {
+      const made = card(brief(relief), { tip: [relief.title, relief.credit, relief.licence].filter(Boolean).join('\n') })
+      made.button.dataset.id = relief.id
+      made.button.addEventListener('click', () => actions.openRelief(relief))
+      ask(made.img, client.url({ ...relief.scene, height: { image: relief.id }, output: small }))
+      return made
+    }))
+    for (const button of document.querySelectorAll('#reliefs .card'))
+      button.setAttribute('aria-pressed', String(button.dataset.id === store.scene.height.image))
+  }
+
+  function showLooks() {
+    const { height, alpha, albedo } = store.scene
+    const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }) }
+    fill('looks', 'made', () => catalogue.presets.map(({ name, description }) => {
+      const made = card(capitals(name), { tip: description })
+      made.button.dataset.name = name
+      made.button.addEventListener('click', () => actions.choosePreset(name))
+      return made
+    }))
+    if (parts.of !== JSON.stringify(images)) {
+      parts.of = JSON.stringify(images)
+      for (const button of document.querySelectorAll('#looks .card'))
+        ask(button.querySelector('img'), client.url({ preset: button.dataset.name, ...images, output: small }))
+    }
+    for (const button of document.querySelectorAll('#looks .card'))
+      button.setAttribute('aria-pressed', String(isLook(button.dataset.name)))
+  }
+
+  /** Whether the scene still is what the preset made of it. */
+  const isLook = (name) => store.look?.name === name && same(store.look.scene, store.scene)
+
+  function showSurroundings() {
+    const light = store.scene.lights[store.ui.active]
+    if (light.type !== 'environment') return
+    const all = actions.environments()
+    const { height } = store.scene
+    fill('surroundings', all.map(({ id }) => id).join() + height.image, () => all.map((environment) => {
+      const made = card(brief(environment), { tip: environment.title })
+      made.button.dataset.id = environment.id
+      made.button.addEventListener('click', () => actions.chooseEnvironment(environment.id))
+      ask(made.img, client.url({ height, light: { type: 'environment', image: { image: environment.id } }, output: small }))
+      return made
+    }))
+    for (const button of document.querySelectorAll('#surroundings .card'))
+      button.setAttribute('aria-pressed', String(button.dataset.id === light.image.image))
+  }
+
+  return () => {
+    if (!store.scene) return
+    showReliefs()
+    showLooks()
+    showSurroundings()
+  }
+}
+
+/** What a file that was opened becomes: the scene with it in its place. @param role  height, alpha, albedo or environment */
+export function sceneWith(scene, role, id, active) {
+  if (role === 'height') return overMap(scene, id)
+  if (role !== 'environment') return { ...scene, [role]: { image: id } }
+  const before = scene.lights[active]
+  const light = before.type === 'environment' ? { ...before, image: { image: id } }
+    : { type: 'environment', image: { image: id }, rotation: [0, 0], intensity: 'auto', weighting: 'solid-angle', radius: null }
+  return { ...scene, lights: scene.lights.map((other, i) => (i === active ? light : other)) }
+}
+
+/** What a file is most likely for: panoramas in the formats of high dynamic range light, all else is a height map. */
+export const likelyRole = (file) => (/\.hdr$/i.test(file.name ?? '') ? 'environment' : 'height')
