@@ -1,4 +1,4 @@
-// Relit, explained in index.d.ts. MIT licence.
+// Explained in index.d.ts. MIT licence.
 const { min, max, hypot, atan2, round, PI } = Math
 const clamp = (x, low, high) => min(max(x, low), high)
 
@@ -111,7 +111,7 @@ canvas{display:block;width:100%;height:100%;cursor:crosshair;touch-action:none}
 b{position:absolute;top:0;left:0;width:24px;aspect-ratio:1;box-sizing:border-box;transform:translate(-50%,-50%);border:2px solid #fff;border-radius:50%;background:var(--relit-light);box-shadow:0 0 0 2px #000a;cursor:grab;touch-action:none}`
 const html = `<canvas part=picture role=img></canvas><b part=handle role=slider tabindex=0 aria-label=Light hidden></b>`
 const keys = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1], PageUp: [0, 0, 1], PageDown: [0, 0, -1] }
-const partial = ({ preset, lights }) => !!preset || !lights
+const partial = ({ preset, lights }) => !!preset || !lights?.[0]
 
 function mount(host) {
   const root = host.attachShadow({ mode: 'open' })
@@ -126,8 +126,8 @@ function mount(host) {
   let failures = 0
   let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again
 
-  const tell = (type, detail) => host.dispatchEvent(new CustomEvent('relit-' + type, { detail, bubbles: true, composed: true }))
-  const index = () => active ?? handledIndex(scene.lights)
+  const tell = (type, detail) => host.dispatchEvent(new CustomEvent('relit-' + type, { detail, bubbles: true }))
+  const index = () => (scene?.lights[active] ? active : handledIndex(scene?.lights ?? []))
   const light = () => scene.lights[index()]
   const tellLight = (rest) => tell('light', { scene, light: light(), index: index(), rest })
   const size = () => [canvas.clientWidth, canvas.clientHeight]
@@ -148,7 +148,7 @@ function mount(host) {
     return [x, y]
   }
 
-  // One job is under way and one waits.
+  // One under way, one waiting.
   function ask(next, final = partial(next)) {
     newest = next
     if (!partial(next)) scene = next
@@ -182,7 +182,7 @@ function mount(host) {
       if (failures) tell('recovery', (failures = 0))
       tell('frame', { ...drawn, ...job, width, height })
     } catch (error) {
-      const late = error.code === 'superseded' // by one that was given up
+      const late = error.code === 'superseded' // by one given up
       if (!signal.aborted) {
         const wait = late ? 50 : error.temporary ? max(min(250 * 2 ** failures, 8000), error.retryAfter * 1000) : null
         if (wait) {

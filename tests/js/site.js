@@ -59,3 +59,6 @@ export async function startProxy(target) {
   }
   return proxy
 }
+
+/** Id of the sample plato.png, which every server has. */
+export const plato = 'c19f4389c237ad9b4f5e8e7ab97c7e4770f41eee5cedf994967fa8e5eca91908'
