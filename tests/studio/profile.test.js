@@ -1,5 +1,5 @@
 // The light's path that the studio draws (clients/studio/profile.js): closed forms, as the model states them. That it is the
-// server's own is tested in page.test.js.
+// server's own is tested in studio.test.js.
 import assert from 'node:assert/strict'
 import test from 'node:test'
 import { deflateSync } from 'node:zlib'
