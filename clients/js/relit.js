@@ -178,7 +178,7 @@ function mount(host) {
       canvas.getContext('bitmaprenderer').transferFromImageBitmap(bitmap)
       slow = drawn.timing.transfer > 20
       if (!job.final) scale = nextScale(scale, drawn.timing)
-      else if (!waiting) host.ariaBusy = false
+      else host.ariaBusy = !!waiting
       if (failures) tell('recovery', (failures = 0))
       tell('frame', { ...drawn, ...job, width, height })
     } catch (error) {
@@ -188,7 +188,7 @@ function mount(host) {
         if (wait) {
           waiting ??= job
           again = setTimeout(() => work((again = 0)), wait)
-        } else host.ariaBusy = false
+        } else host.ariaBusy = !!waiting
         if (!late) tell('error', { error, again: wait }, ++failures)
       }
     }

@@ -4,8 +4,9 @@
 const lightKinds = { PointLight: 'point', DirectionalLight: 'directional', EnvironmentLight: 'environment' }
 
 /**
- * @return  Map of dotted path -> {sentence, default, integer, low, high, lowExcluded, choices}; what a field has not is
- *          undefined. Fields of lights begin with the light's type: "point.intensity". Numbers of lists have the list's range.
+ * @return  Map of dotted path -> {sentence, default, integer, low, high, lowExcluded, choices, most: entries of a list}; what
+ *          a field has not is undefined. Fields of lights begin with the light's type: "point.intensity". Numbers of lists have
+ *          the list's range.
  */
 export function readFields(api) {
   const { schemas } = api.components
@@ -33,6 +34,7 @@ function described(node) {
     high: number.maximum,
     lowExcluded: number.exclusiveMinimum !== undefined,
     choices: words.length ? words : undefined,
+    most: node.maxItems,
   }
 }
 

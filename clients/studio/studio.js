@@ -4,7 +4,7 @@ import { bindOpen } from './open.js'
 import { spokenFailure } from './failures.js'
 import { lightDefaults, readFields } from './fields.js'
 import { bindPanel, environmentsOf } from './panel.js'
-import { decodeScene, heldScene } from './scene.js'
+import { decodeScene, heldScene, overMap } from './scene.js'
 import { bindSection } from './section.js'
 import { bindShare } from './share.js'
 import { bindShelf, sceneWith } from './shelf.js'
@@ -76,6 +76,7 @@ const fileOf = ({ format, bitDepth, quality, effort, width, height, region }) =>
 
 const openRelief = chosen(async (isNewest, relief) => {
   store.know(relief)
+  if (!relief.scene) return store.change(overMap(store.scene, relief.id)) // one's own: under the look that is on
   const { scene } = await patiently(() => client.scene({ ...relief.scene, height: { image: relief.id } }))
   if (isNewest()) store.open(heldScene(scene))
 })
@@ -162,6 +163,7 @@ async function begin() {
 
 function showBar() {
   $('title').textContent = store.map.title
+  document.title = `${store.map.title} - Relit`
   $('texels').textContent = `${store.map.width} × ${store.map.height}`
   $('undo').disabled = !store.canUndo
   $('redo').disabled = !store.canRedo

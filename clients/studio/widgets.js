@@ -51,8 +51,8 @@ function sliderInput(control) {
 function takeTyped(input, control, field, tell, current) {
   input.addEventListener('change', () => {
     const value = allowed(input.valueAsNumber, field)
-    if (value == null) input.value = shownNumber(current(), control)
-    else tell(value, null)
+    if (value != null) tell(value, null)
+    input.value = shownNumber(current(), control)
   })
 }
 

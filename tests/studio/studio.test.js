@@ -184,6 +184,7 @@ test('controls change the scene: sliders, numbers, thumbs, colours, words', asyn
   await choose(page, 'Back', 'Panel')
   await type(page, 'material', 'Depth t', 0.01)
   await type(page, 'material', 'Highlight k', 7) // the most is 1
+  assert.equal(await row(page, 'material', 'Highlight k').locator('input.figure').inputValue(), '1')
   await type(page, 'material', 'Scatter k', 0.2)
   const thumbs = page.getByRole('slider', { name: 'Highlight falloff begins' })
   await thumbs.focus()
