@@ -95,6 +95,7 @@ export function bindKeys(store, stage) {
   const keys = {
     c: compare, x: cut, o: () => $('open').click(),
     '+': () => stage.zoomAt(Math.SQRT2), '=': () => stage.zoomAt(Math.SQRT2), '-': () => stage.zoomAt(Math.SQRT1_2), 0: stage.whole,
+    w: () => stage.panBy(0, 60), a: () => stage.panBy(60, 0), s: () => stage.panBy(0, -60), d: () => stage.panBy(-60, 0),
   }
   addEventListener('keydown', (event) => {
     if (!store.scene || event.altKey || document.querySelector('dialog[open]')) return

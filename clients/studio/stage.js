@@ -214,5 +214,6 @@ export function bindStage(store, stage, picture, before) {
   })
 
   new ResizeObserver(() => show('resize')).observe(stage)
-  return { show, geometry, region: () => layout().region, zoomAt: (factor) => zoomAt(middle(), factor), whole: () => look(wholeView), pointOf }
+  return { show, geometry, region: () => layout().region, zoomAt: (factor) => zoomAt(middle(), factor),
+    panBy: (right, down) => ui.view.zoom > 1 && look(panned(...geometry(), [right, down])), whole: () => look(wholeView), pointOf }
 }

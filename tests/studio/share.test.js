@@ -237,9 +237,10 @@ async function violations(page) {
 test('axe finds no serious violation: light, dark, phone, dialog, with all that can be opened', async () => {
   for (const [name, options] of Object.entries({
     light: { colorScheme: 'light' }, dark: { colorScheme: 'dark' },
-    phone: { colorScheme: 'dark', viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true },
+    phone: { colorScheme: 'light', viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true },
   })) {
     const page = await open('/', { viewport: { width: 1440, height: 900 }, ...options })
+    await keep(page, name)
     assert.deepEqual(await violations(page), [], `${name}, first`)
     await page.click('#looks [data-name="jade"]')
     if (name === 'phone') for (const tab of await page.locator('#tabs button').all()) {
@@ -251,6 +252,7 @@ test('axe finds no serious violation: light, dark, phone, dialog, with all that 
     await page.waitForFunction(() => document.getElementById('cut').textContent)
     await rested(page)
     assert.deepEqual(await violations(page), [], name)
+    await keep(page, `all-${name}`)
     await page.click('#share-open')
     assert.deepEqual(await violations(page), [], `${name}, dialog`)
     await close(page)

@@ -251,6 +251,9 @@ test('zoomed in, the part of the map is rendered, and the light is where the han
   await page.mouse.up({ button: 'middle' })
   assert.ok((await finalFrame(page)).scene.output.region[0] < zoomed[0], 'it follows the hand')
   assert.equal((await scene(page)).lights[0].position[0], x, 'and the light stays')
+  const [left] = (await finalFrame(page)).scene.output.region
+  await page.keyboard.press('d')
+  assert.ok((await finalFrame(page)).scene.output.region[0] > left, 'keys move it too')
   await page.keyboard.press('0')
   assert.equal((await finalFrame(page)).scene.output.region, null)
   withoutTrouble(page)
