@@ -1,11 +1,10 @@
 // What went wrong and what to do about it, in a sentence or two. Plain functions, no page.
 
-const formats = 'Images may be PNG, JPEG, WebP, TIFF, OpenEXR or Radiance HDR.'
 const advice = {
   'not-found': 'The server may have made room for others: open the file again.',
   'body-too-large': 'Make it smaller and open it again.',
   'image-too-large': 'Make it smaller and open it again.',
-  'image-not-supported': formats,
+  'image-not-supported': 'Export it as one of these and open it again.',
   'image-broken': 'Save it once more and open it again.',
   'storage-full': 'Whoever runs the server can give it more room with --max-storage.',
   'timed-out': 'A smaller picture or fewer lights take less time.',

@@ -1,6 +1,7 @@
 // The shelf on the left: reliefs to open, looks to put on, surroundings to light with. Thumbnails are the server's own
 // pictures, which the browser's cache keeps by their ETag; they are asked for one after the other, and only while the hand rests.
-import { overMap, same } from './scene.js'
+import { lightingNames, underLighting } from './lightings.js'
+import { overMap, same, shortened } from './scene.js'
 import { make } from './widgets.js'
 
 const side = 144 // pixels of a thumbnail
@@ -45,7 +46,7 @@ const brief = ({ name, title }) => (name ? capitals(name) : title)
 /** @param actions  {openRelief(relief), choosePreset(name), chooseEnvironment(id)} */
 export function bindShelf(store, client, catalogue, isIdle, actions) {
   const ask = thumbnailQueue(isIdle)
-  const parts = { reliefs: '', looks: '', surroundings: '' }
+  const parts = { reliefs: '', looks: '', lighting: '', surroundings: '' }
   const fill = (id, key, cards) => {
     if (parts[id] === key) return false
     parts[id] = key
@@ -86,6 +87,31 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
   /** Whether the scene still is what the preset made of it. */
   const isLook = (name) => store.look?.name === name && same(store.look.scene, store.scene)
 
+  // Under the look that is on, so they are made anew when it has changed and rests.
+  let late = null
+  function showLighting() {
+    const sky = actions.environments()[0]?.id
+    fill('lighting', 'made', () => lightingNames(sky).map((name) => {
+      const made = card(name)
+      made.button.dataset.name = name
+      made.button.addEventListener('click', () => store.open(underLighting(store.scene, name, sky)))
+      return made
+    }))
+    const output = { ...catalogue.defaults.scene.output, ...small, background: store.scene.output.background }
+    for (const button of document.querySelectorAll('#lighting .card'))
+      button.setAttribute('aria-pressed', String(same(underLighting(store.scene, button.dataset.name, sky).lights, store.scene.lights)))
+    const { lights, ...look } = store.scene
+    if (same(look, parts.under)) return
+    parts.under = look
+    clearTimeout(late)
+    late = setTimeout(() => {
+      for (const button of document.querySelectorAll('#lighting .card')) {
+        const scene = underLighting({ ...store.scene, output }, button.dataset.name, sky)
+        ask(button.querySelector('img'), client.url(shortened(scene, catalogue.defaults)))
+      }
+    }, 600)
+  }
+
   function showSurroundings() {
     const light = store.scene.lights[store.ui.active]
     if (light.type !== 'environment') return
@@ -106,6 +132,7 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
     if (!store.scene) return
     showReliefs()
     showLooks()
+    showLighting()
     showSurroundings()
   }
 }

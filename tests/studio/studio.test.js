@@ -177,6 +177,28 @@ test('lights are added, taken in hand, shine alone and go', async () => {
   await close(page)
 })
 
+test('a lighting changes the lights under the look that is on, and its thumbnails follow the look', async () => {
+  const page = await open()
+  await page.click('#looks [data-name="gold"]')
+  await page.waitForSelector('#looks [data-name="gold"][aria-pressed="true"]')
+  await page.click('#lighting [data-name="Evening"]')
+  await page.waitForSelector('#lighting [data-name="Evening"][aria-pressed="true"]')
+  const { lights, material } = await scene(page)
+  assert.deepEqual([lights.map(({ type }) => type), material.specular.k], [['directional', 'directional'], 0.5])
+  await page.click('#lighting [data-name="Behind"]')
+  assert.equal((await scene(page)).base, 'auto')
+  await page.keyboard.press('Control+z')
+  assert.equal((await scene(page)).base, 'none')
+  const shown = () => page.locator('#lighting [data-name="Front"] img').getAttribute('src')
+  await page.waitForFunction(() => document.querySelectorAll('#lighting img.there').length === 9, null, { timeout: 30_000 })
+  const before = await shown()
+  await page.click('#looks [data-name="jade"]')
+  await page.waitForFunction((before) => document.querySelector('#lighting [data-name="Front"] img').src !== new URL(before, location).href, before, { timeout: 30_000 })
+  await rested(page)
+  withoutTrouble(page)
+  await close(page)
+})
+
 test('controls change the scene: sliders, numbers, thumbs, colours, words', async () => {
   const page = await open()
   await type(page, 'light', 'Intensity', 0.3)
@@ -296,7 +318,7 @@ test('a height map is opened, a mask and surroundings are dropped, and what is b
   await says(page, 'PNG file is broken.* Save it once more')
   const note = await dropped(page, [{ name: 'note.txt', base64: btoa('no picture') }])
   await page.dispatchEvent('body', 'drop', { dataTransfer: note })
-  await says(page, 'Images may be PNG')
+  await says(page, 'PNG, JPEG.* Export it as one of these')
   assert.equal(await page.textContent('#title'), 'plaster.jpg', 'the picture before stays')
   await page.evaluate((transfer) => dispatchEvent(new ClipboardEvent('paste', { clipboardData: transfer, bubbles: true })),
     await dropped(page, [{ name: 'pasted.png', base64: png.toString('base64') }]))
