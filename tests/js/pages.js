@@ -4,7 +4,12 @@ import { openPage } from '../studio/support.js'
 
 // Runs in the page: what the element tells, as plain numbers. `shown` is in displayed frames.
 const watching = `
-  const seen = { lights: [], frames: [], errors: [], recoveries: 0 }
+  const seen = { lights: [], frames: [], errors: [], recoveries: 0, asking: 0, mostAsking: 0 }
+  const fetched = window.fetch
+  window.fetch = (...call) => {
+    seen.mostAsking = Math.max(seen.mostAsking, ++seen.asking)
+    return fetched(...call).finally(() => --seen.asking)
+  }
   const x = ({ lights }) => lights[0].position?.[0]
   addEventListener('relit-light', ({ detail: { rest, scene } }) => seen.lights.push({ rest, x: x(scene) }))
   addEventListener('relit-frame', ({ detail: { scene, final, width, height, etag, accuracy } }) =>
