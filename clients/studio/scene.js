@@ -90,6 +90,9 @@ export const overMap = (scene, id) => ({
   output: { ...scene.output, width: null, height: null, region: null },
 })
 
+/** Whether a light shines from behind the picture. */
+export const isBehind = ({ position, direction, elevation }) => (position?.[2] ?? direction?.[2] ?? elevation ?? 0) < 0
+
 const newcomers = {
   point: { type: 'point', position: [0.85, 0.85, 0.6], color: '#ffffff', intensity: 1 },
   directional: { type: 'directional', azimuth: 315, elevation: 35, color: '#ffffff', intensity: 1 },

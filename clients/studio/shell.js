@@ -124,7 +124,7 @@ function bindHint(store) {
   }
   $('hint-close').addEventListener('click', done)
   let moves = 0
-  store.listen((by) => by === 'hand' && ++moves === 12 && done())
+  store.listen((by) => (by === 'hand' || (by === 'ui' && store.ui.view.zoom > 1)) && ++moves === 12 && done())
 }
 
 /** Frames a second while something moves, and where the milliseconds of the newest picture went. */

@@ -1,6 +1,6 @@
 // The stage: the picture whose light is dragged, zoom and pan, the lights that are not in hand, and before beside after.
 import { handlePosition } from '../relit.js'
-import { hexColour, shownScene, withMember } from './scene.js'
+import { hexColour, isBehind, shownScene, withMember } from './scene.js'
 import { layoutOf, panned, wholeView, zoomed } from './view.js'
 import { make } from './widgets.js'
 
@@ -40,6 +40,7 @@ export function bindStage(store, stage, picture, before) {
     slide(now)
     picture.active = ui.solo == null ? ui.active : 0
     if (by !== 'hand') give(picture, shownScene(store.scene, { solo: ui.solo, region: now.region }))
+    picture.classList.toggle('behind', isBehind(store.scene.lights[ui.active]))
     before.hidden = !ui.compare
     if (ui.compare) {
       place(before, now.box)
@@ -93,7 +94,7 @@ export function bindStage(store, stage, picture, before) {
       if (i === ui.active || light.type === 'environment') return []
       const [x, y] = handlePosition(light, [box[2], box[3]], crop)
       const at = [clamp(box[0] + x, 8, size()[0] - 8), clamp(box[1] + y, 8, size()[1] - 8)]
-      const dot = make('button', { type: 'button', className: 'other', 'aria-label': `Take light ${i + 1} in hand`, 'data-tip': `Light ${i + 1}` })
+      const dot = make('button', { type: 'button', className: isBehind(light) ? 'other behind' : 'other', 'aria-label': `Take light ${i + 1} in hand`, 'data-tip': `Light ${i + 1}` })
       dot.style.translate = `${at[0]}px ${at[1]}px`
       dot.style.setProperty('--colour', hexColour(light.color))
       dot.addEventListener('click', () => store.set({ active: i }))
@@ -188,6 +189,7 @@ export function bindStage(store, stage, picture, before) {
   function showDivider() {
     divider.hidden = document.getElementById('sides').hidden = !ui.compare
     document.getElementById('compare').setAttribute('aria-pressed', String(!!ui.compare))
+    picture.style.setProperty('--after', ui.compare ? `inset(0 0 0 ${ui.compare.at * 100}%)` : 'none')
     if (!ui.compare) return
     const { box } = layout()
     const x = box[0] + ui.compare.at * box[2]

@@ -5,7 +5,7 @@ import { allowed, readFields, spokenRange } from '../../clients/studio/fields.js
 import { spokenFailure } from '../../clients/studio/failures.js'
 import { canRedo, canUndo, changed, redone, settled, startHistory, undone } from '../../clients/studio/history.js'
 import {
-  decodeScene, encodeScene, heldScene, hexColour, imagesOf, member, newLight, overMap, shortened, shownScene, withMember,
+  decodeScene, encodeScene, heldScene, hexColour, imagesOf, isBehind, member, newLight, overMap, shortened, shownScene, withMember,
 } from '../../clients/studio/scene.js'
 import { fileName, snippetsOf } from '../../clients/studio/snippets.js'
 import { layoutOf, panned, pointOf, texelAt, wholeView, zoomed } from '../../clients/studio/view.js'
@@ -71,6 +71,12 @@ test('a soloed light shines alone, and another map takes the look but not what b
   assert.deepEqual(heldScene({ light: lights[0] }).lights, [lights[0]])
   assert.equal(newLight('directional', null, { color: '#ff0000', intensity: 3 }).intensity, 3)
   assert.equal(newLight('environment', 'e', { color: '#ff0000', intensity: 3 }).intensity, 'auto')
+})
+
+test('a light from behind is told by its place or its direction', () => {
+  const behind = [{ position: [0, 0, -0.1] }, { elevation: -1 }, { direction: [0, 1, -1] }]
+  const before = [{ position: [0, 0, 0.1] }, { elevation: 0 }, { direction: [0, 1, 1], elevation: -1 }, { rotation: [180, 0] }]
+  assert.deepEqual([...behind, ...before].map(isBehind), [true, true, true, false, false, false, false])
 })
 
 test('a drag is one step of undo, and a change after undo forgets the future', () => {
