@@ -49,8 +49,14 @@ export function spokenRange(field) {
 
 /** The defaults of every kind of light, as shortened() of scene.js takes them. */
 export function lightDefaults(fields) {
-  const of = (type) => Object.fromEntries([...fields].flatMap(([path, field]) =>
-    path.startsWith(type + '.') && field.default !== undefined ? [[path.slice(type.length + 1), field.default]] : []))
+  const of = (type) =>
+    Object.fromEntries(
+      [...fields].flatMap(([path, field]) =>
+        path.startsWith(type + '.') && field.default !== undefined
+          ? [[path.slice(type.length + 1), field.default]]
+          : [],
+      ),
+    )
   return { point: of('point'), directional: of('directional'), environment: of('environment') }
 }
 

@@ -1,7 +1,13 @@
 // Lights to start from, over whatever look is on: plain scenes of lights, by the names photographers and map makers use.
 
 const point = (position, intensity, color = '#ffffff') => ({ type: 'point', position, color, intensity })
-const sun = (azimuth, elevation, intensity, color = '#ffffff') => ({ type: 'directional', azimuth, elevation, color, intensity })
+const sun = (azimuth, elevation, intensity, color = '#ffffff') => ({
+  type: 'directional',
+  azimuth,
+  elevation,
+  color,
+  intensity,
+})
 
 const lightings = [
   { name: 'Left', lights: [point([0.15, 0.95, 0.6], 1.1)] },
@@ -20,7 +26,14 @@ export const lightingNames = (environment) => [...lightings.map(({ name }) => na
 /** The scene under a lighting; what is lit from behind gets a back. */
 export function underLighting(scene, name, environment) {
   if (name === 'Sky') {
-    const sky = { type: 'environment', image: { image: environment }, rotation: [0, 0], intensity: 'auto', weighting: 'solid-angle', radius: null }
+    const sky = {
+      type: 'environment',
+      image: { image: environment },
+      rotation: [0, 0],
+      intensity: 'auto',
+      weighting: 'solid-angle',
+      radius: null,
+    }
     return { ...scene, lights: [sky] }
   }
   const { lights, panel } = lightings.find((one) => one.name === name)

@@ -39,7 +39,8 @@ export function bindOpen(store, client, catalogue, say, fail) {
     role = as
     picker.click()
   }
-  for (const button of document.querySelectorAll('[data-open]')) button.addEventListener('click', () => pick(button.dataset.open))
+  for (const button of document.querySelectorAll('[data-open]'))
+    button.addEventListener('click', () => pick(button.dataset.open))
   picker.addEventListener('change', () => {
     if (picker.files[0]) open(picker.files[0], role)
     picker.value = ''
@@ -85,7 +86,11 @@ export function bindOpen(store, client, catalogue, say, fail) {
       for (const name of ['alpha', 'albedo']) {
         const id = store.scene[name]?.image
         document.querySelector(`[data-clear="${name}"]`).hidden = !id
-        document.getElementById(`${name}-state`).textContent = id ? 'set' : name === 'alpha' ? 'of the map, if any' : 'none'
+        document.getElementById(`${name}-state`).textContent = id
+          ? 'set'
+          : name === 'alpha'
+            ? 'of the map, if any'
+            : 'none'
       }
     },
   }

@@ -39,22 +39,34 @@ function bindLights(store, fields) {
   const put = (next, gesture = null) =>
     store.change(withMember(store.scene, `lights.${store.ui.active}`, next), gesture)
   const kind = segments('Kind of light', Object.entries(kindNames), (type) =>
-    put(newLight(type, environmentsOf(store)[0]?.id, light())))
+    put(newLight(type, environmentsOf(store)[0]?.id, light())),
+  )
   document.getElementById('kind').append(kind.root)
   const pad = bindPad(light, put, store)
-  const bodies = Object.fromEntries(Object.entries(lightControls).map(([type, controls]) => {
-    const rows = controls.map((control) => {
-      const widget = widgetOf(control, fields.get(`${type}.${control.path.replace(/\.\d$/, '')}`), (value, gesture) => {
-        if (value == null && gesture != null) return store.settle()
-        const base = control.path.startsWith('azimuth') || control.path.startsWith('elevation') ? withAngles(light()) : light()
-        put(withMember(base, control.path, value), gesture)
+  const bodies = Object.fromEntries(
+    Object.entries(lightControls).map(([type, controls]) => {
+      const rows = controls.map((control) => {
+        const widget = widgetOf(
+          control,
+          fields.get(`${type}.${control.path.replace(/\.\d$/, '')}`),
+          (value, gesture) => {
+            if (value == null && gesture != null) return store.settle()
+            const base =
+              control.path.startsWith('azimuth') || control.path.startsWith('elevation') ? withAngles(light()) : light()
+            put(withMember(base, control.path, value), gesture)
+          },
+        )
+        return { control, widget }
       })
-      return { control, widget }
-    })
-    const body = make('div', {}, rows.map(({ widget }) => widget.root))
-    document.getElementById('light-rows').append(body)
-    return [type, { body, rows }]
-  }))
+      const body = make(
+        'div',
+        {},
+        rows.map(({ widget }) => widget.root),
+      )
+      document.getElementById('light-rows').append(body)
+      return [type, { body, rows }]
+    }),
+  )
   document.getElementById('add-light').addEventListener('click', () => {
     const lights = [...store.scene.lights, newLight('point')]
     store.change({ ...store.scene, lights })
@@ -80,19 +92,26 @@ function bindLights(store, fields) {
 export function environmentsOf(store) {
   const known = store.environments ?? []
   const used = (store.scene?.lights ?? []).flatMap(({ image }) => image?.image ?? [])
-  return [...known, ...used.filter((id) => !known.some((other) => other.id === id)).map((id) => ({ id, title: 'Of this scene' }))]
+  return [
+    ...known,
+    ...used.filter((id) => !known.some((other) => other.id === id)).map((id) => ({ id, title: 'Of this scene' })),
+  ]
 }
 
 /** A sun by its angles, whichever way it was said. */
 function withAngles(light) {
   if (!light.direction) return light
-  const { direction: [x, y, z], ...rest } = light
+  const {
+    direction: [x, y, z],
+    ...rest
+  } = light
   const degrees = 180 / Math.PI
   const azimuth = Number(((Math.atan2(x, y) * degrees + 360) % 360).toFixed(2))
   return { ...rest, azimuth, elevation: Number((Math.atan2(z, Math.hypot(x, y)) * degrees).toFixed(2)) }
 }
 
-const listed = (scene, ui) => JSON.stringify([scene.lights.map((light) => [light.type, light.color]), ui.active, ui.solo])
+const listed = (scene, ui) =>
+  JSON.stringify([scene.lights.map((light) => [light.type, light.color]), ui.active, ui.solo])
 let shownList = ''
 
 // The list is made anew only where it differs, so that a focused button stays where it is while a light moves.
@@ -111,14 +130,38 @@ function showList(store) {
 function lightItem(store, light, i) {
   const { ui, scene } = store
   const name = `${kindNames[light.type]}${scene.lights.length > 1 ? ` ${i + 1}` : ''}`
-  const choose = make('button', { type: 'button', className: 'choose', 'aria-pressed': String(i === ui.active), 'data-act': `choose-${i}` },
-    make('span', { className: 'swatch' }), make('span', {}, name), make('small'))
-  choose.querySelector('.swatch').style.setProperty('--colour', light.color ? hexColour(light.color) : 'conic-gradient(#d66,#dd6,#6b6,#6bd,#66d,#d6b,#d66)')
+  const choose = make(
+    'button',
+    { type: 'button', className: 'choose', 'aria-pressed': String(i === ui.active), 'data-act': `choose-${i}` },
+    make('span', { className: 'swatch' }),
+    make('span', {}, name),
+    make('small'),
+  )
+  choose
+    .querySelector('.swatch')
+    .style.setProperty(
+      '--colour',
+      light.color ? hexColour(light.color) : 'conic-gradient(#d66,#dd6,#6b6,#6bd,#66d,#d6b,#d66)',
+    )
   choose.addEventListener('click', () => store.set({ active: i, solo: ui.solo == null ? null : i }))
-  const solo = make('button', { type: 'button', className: 'mini', 'aria-pressed': String(i === ui.solo), 'aria-label': `${name} alone`, 'data-act': `solo-${i}`,
-    'data-tip': 'Alone: the other lights are off while you look; the scene keeps them.' }, 'S')
+  const solo = make(
+    'button',
+    {
+      type: 'button',
+      className: 'mini',
+      'aria-pressed': String(i === ui.solo),
+      'aria-label': `${name} alone`,
+      'data-act': `solo-${i}`,
+      'data-tip': 'Alone: the other lights are off while you look; the scene keeps them.',
+    },
+    'S',
+  )
   solo.addEventListener('click', () => store.set({ solo: ui.solo === i ? null : i, active: i }))
-  const remove = make('button', { type: 'button', className: 'mini', 'aria-label': `Remove ${name}`, 'data-act': `remove-${i}` }, '×')
+  const remove = make(
+    'button',
+    { type: 'button', className: 'mini', 'aria-label': `Remove ${name}`, 'data-act': `remove-${i}` },
+    '×',
+  )
   remove.addEventListener('click', () => {
     store.change({ ...store.scene, lights: store.scene.lights.filter((_, k) => k !== i) })
     document.getElementById('add-light').focus()

@@ -39,7 +39,7 @@ function isMaterial(solid, x, y) {
 }
 
 /** Top of the solid; ground without floor is at 0 where there is no material, a panel is nowhere there. */
-export function topAt(solid, x, y) {
+function topAt(solid, x, y) {
   if (isMaterial(solid, x, y)) return Math.max(surfaceAt(solid, x, y), solid.base == null ? 0 : -Infinity)
   return solid.base == null ? 0 : -Infinity
 }
@@ -58,8 +58,8 @@ export function surfacePoint(solid, [i, j]) {
 export function normalAt(solid, [i, j]) {
   const { width, height, heights, alpha, relief } = solid
   const z = (column, row) => relief * heights[row * width + column]
-  const counts = (column, row) => column >= 0 && row >= 0 && column < width && row < height
-    && (!alpha || alpha[row * width + column] >= 0.5)
+  const counts = (column, row) =>
+    column >= 0 && row >= 0 && column < width && row < height && (!alpha || alpha[row * width + column] >= 0.5)
   const slope = (di, dj) => {
     const [before, after] = [counts(i - di, j - dj), counts(i + di, j + dj)]
     const from = before ? z(i - di, j - dj) : z(i, j)
@@ -87,7 +87,11 @@ export function rayTo(solid, from, light) {
   }
   if (light.direction) return { direction: unit(light.direction), distance: Infinity }
   const [azimuth, elevation] = [light.azimuth, light.elevation].map((degrees) => (degrees * Math.PI) / 180)
-  const direction = [Math.sin(azimuth) * Math.cos(elevation), Math.cos(azimuth) * Math.cos(elevation), Math.sin(elevation)]
+  const direction = [
+    Math.sin(azimuth) * Math.cos(elevation),
+    Math.cos(azimuth) * Math.cos(elevation),
+    Math.sin(elevation),
+  ]
   return { direction, distance: Infinity }
 }
 
@@ -96,7 +100,8 @@ function reach(solid, from, { direction, distance }) {
   const low = [0, 0, solid.base ?? -Infinity]
   const high = [1, heightOf(solid), Math.max(solid.relief, 0)]
   const ends = direction.map((part, axis) =>
-    Math.abs(part) < epsilon ? Infinity : ((part > 0 ? high[axis] : low[axis]) - from[axis]) / part)
+    Math.abs(part) < epsilon ? Infinity : ((part > 0 ? high[axis] : low[axis]) - from[axis]) / part,
+  )
   return Math.max(0, Math.min(distance, ...ends))
 }
 
@@ -166,7 +171,9 @@ export function profileAlong(solid, [x0, y0], [x1, y1], count) {
 
 /** Where a line of the map through a point leaves it, as [back, ahead] along the direction [dx, dy] (unit). */
 export function borders(solid, [x, y], [dx, dy]) {
-  const times = [[x, dx, 1], [y, dy, heightOf(solid)]].flatMap(([at, by, end]) =>
-    Math.abs(by) < epsilon ? [] : [[-at / by, (end - at) / by].sort((a, b) => a - b)])
+  const times = [
+    [x, dx, 1],
+    [y, dy, heightOf(solid)],
+  ].flatMap(([at, by, end]) => (Math.abs(by) < epsilon ? [] : [[-at / by, (end - at) / by].sort((a, b) => a - b)]))
   return [Math.max(...times.map(([back]) => back)), Math.min(...times.map(([, ahead]) => ahead))]
 }

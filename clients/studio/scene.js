@@ -28,7 +28,9 @@ export function hexColour(colour) {
   const digits = colour.map((linear) => {
     const share = linear / brightest
     const encoded = share <= 0.0031308 ? 12.92 * share : 1.055 * share ** (1 / 2.4) - 0.055
-    return Math.round(encoded * 255).toString(16).padStart(2, '0')
+    return Math.round(encoded * 255)
+      .toString(16)
+      .padStart(2, '0')
   })
   return '#' + digits.join('')
 }
@@ -64,7 +66,10 @@ function differences(value, defaults) {
  */
 export function shortened({ lights, height, ...scene }, defaults) {
   const short = { height, ...differences(scene, defaults.scene) }
-  const kept = lights.map((light) => ({ type: light.type, ...differences(light, { ...defaults[light.type], type: light.type }) }))
+  const kept = lights.map((light) => ({
+    type: light.type,
+    ...differences(light, { ...defaults[light.type], type: light.type }),
+  }))
   if (kept.length > 1) return { ...short, lights: kept }
   return same(kept[0], { type: 'point' }) ? short : { ...short, light: kept[0] }
 }
@@ -86,7 +91,10 @@ export const shownScene = (scene, { solo, region }) => ({
 
 /** Another height map under the same look: what depended on the map before goes back to its default. */
 export const overMap = (scene, id) => ({
-  ...scene, height: { image: id }, alpha: null, albedo: null,
+  ...scene,
+  height: { image: id },
+  alpha: null,
+  albedo: null,
   output: { ...scene.output, width: null, height: null, region: null },
 })
 
@@ -101,7 +109,12 @@ const newcomers = {
 /** A light of a kind; of the one before what both kinds have. An environment takes the id of an image. */
 export function newLight(type, image, before) {
   const light = newcomers[type] ?? {
-    type, image: { image }, rotation: [0, 0], intensity: 'auto', weighting: 'solid-angle', radius: null,
+    type,
+    image: { image },
+    rotation: [0, 0],
+    intensity: 'auto',
+    weighting: 'solid-angle',
+    radius: null,
   }
   if (!light.color || !before?.color) return light
   return { ...light, color: before.color, intensity: before.intensity }

@@ -1,7 +1,17 @@
 // The cross-section: the relief cut along the light's ray through a chosen texel, with the ray and the part of it inside the
 // solid, whose length is r. It teaches the model: what lengthens the thick line darkens the texel.
 import { decodePng } from './png.js'
-import { borders, floorOf, illuminationOf, insideLength, insideParts, profileAlong, rayTo, startOf, surfacePoint } from './profile.js'
+import {
+  borders,
+  floorOf,
+  illuminationOf,
+  insideLength,
+  insideParts,
+  profileAlong,
+  rayTo,
+  startOf,
+  surfacePoint,
+} from './profile.js'
 import { pointOf, texelAt } from './view.js'
 
 const svg = 'http://www.w3.org/2000/svg'
@@ -30,7 +40,7 @@ function solidSource(client) {
 }
 
 /** What is drawn and said of one texel of a solid under one light; all lengths in widths of the map. */
-export function cutThrough(solid, texel, light, material) {
+function cutThrough(solid, texel, light, material) {
   const p = surfacePoint(solid, texel)
   const start = startOf(solid, texel, material.depth, material.offset)
   const ray = rayTo(solid, start, light)
@@ -52,14 +62,16 @@ export function bindSection(store, client, stage, fail) {
   const words = document.getElementById('cut')
   const probe = document.getElementById('probe')
   const source = solidSource(client)
-  const shapes = Object.fromEntries(['ground', 'surface', 'ray', 'inside', 'offset', 'point', 'start', 'lamp'].map((name) => {
-    const kind = ['point', 'start', 'lamp'].includes(name) ? 'circle' : 'path'
-    const shape = document.createElementNS(svg, kind)
-    shape.setAttribute('class', name)
-    if (kind === 'circle') shape.setAttribute('r', name === 'lamp' ? 6 : 3.5)
-    plot.append(shape)
-    return [name, shape]
-  }))
+  const shapes = Object.fromEntries(
+    ['ground', 'surface', 'ray', 'inside', 'offset', 'point', 'start', 'lamp'].map((name) => {
+      const kind = ['point', 'start', 'lamp'].includes(name) ? 'circle' : 'path'
+      const shape = document.createElementNS(svg, kind)
+      shape.setAttribute('class', name)
+      if (kind === 'circle') shape.setAttribute('r', name === 'lamp' ? 6 : 3.5)
+      plot.append(shape)
+      return [name, shape]
+    }),
+  )
   const put = (shape, [x, y]) => {
     shape.setAttribute('cx', x.toFixed(1))
     shape.setAttribute('cy', y.toFixed(1))
@@ -87,9 +99,17 @@ export function bindSection(store, client, stage, fail) {
   function draw(heights, mask) {
     const { scene, map } = store
     const light = scene.lights[ui.active]
-    const solid = { width: heights.width, height: heights.height, heights: heights.numbers, alpha: mask.numbers,
-      relief: scene.relief, base: floorOf(scene) }
-    const texel = ui.probe.map((at, axis) => Math.min(Math.floor((at * heights.width) / map.width), [heights.width, heights.height][axis] - 1))
+    const solid = {
+      width: heights.width,
+      height: heights.height,
+      heights: heights.numbers,
+      alpha: mask.numbers,
+      relief: scene.relief,
+      base: floorOf(scene),
+    }
+    const texel = ui.probe.map((at, axis) =>
+      Math.min(Math.floor((at * heights.width) / map.width), [heights.width, heights.height][axis] - 1),
+    )
     const cut = cutThrough(solid, texel, light, scene.material)
     drawCut(solid, cut, light)
     plot.setAttribute('aria-label', say(cut, scene.material, light))
@@ -111,14 +131,20 @@ export function bindSection(store, client, stage, fail) {
     const sx = (s) => 12 + ((s - back) / (ahead - back)) * (box[0] - 24)
     const sz = (z) => box[1] - 6 - ((z - low) / (high - low)) * (box[1] - 12)
     const step = (ahead - back) / samples
-    document.getElementById('stretch').textContent = `heights × ${(((sz(0) - sz(1)) / (sx(1) - sx(0)))).toFixed(1)}`
+    document.getElementById('stretch').textContent = `heights × ${((sz(0) - sz(1)) / (sx(1) - sx(0))).toFixed(1)}`
     const line = heights.map((z, k) => [sx(back + k * step), sz(z ?? floor)])
     shapes.surface.setAttribute('d', path(line))
     const bottom = solid.base == null ? box[1] : sz(solid.base)
     shapes.ground.setAttribute('d', `${path([...line, [line.at(-1)[0], bottom], [line[0][0], bottom]])}Z`)
     put(shapes.point, [sx((cut.p[0] - x) * cut.along[0] + (cut.p[1] - y) * cut.along[1]), sz(cut.p[2])])
     put(shapes.start, [sx(0), sz(cut.start[2])])
-    shapes.offset.setAttribute('d', path([[+shapes.point.getAttribute('cx'), +shapes.point.getAttribute('cy')], [sx(0), sz(cut.start[2])]]))
+    shapes.offset.setAttribute(
+      'd',
+      path([
+        [+shapes.point.getAttribute('cx'), +shapes.point.getAttribute('cy')],
+        [sx(0), sz(cut.start[2])],
+      ]),
+    )
     for (const name of ['ray', 'inside', 'lamp']) shapes[name].toggleAttribute('hidden', !cut.ray)
     if (!cut.ray) return
     const place = (s) => [sx(flatTo(s)), sz(cut.start[2] + s * cut.ray.direction[2])]
@@ -136,9 +162,15 @@ export function bindSection(store, client, stage, fail) {
       words.textContent = 'Surroundings light from everywhere: take a point or a sun to see its ray.'
       return words.textContent
     }
-    const formula = { length: 'd = min(1, t / r)', exponential: 'd = exp(−a (r − t))', count: 'd = 1 / samples inside' }[material.illumination]
+    const formula = {
+      length: 'd = min(1, t / r)',
+      exponential: 'd = exp(−a (r − t))',
+      count: 'd = 1 / samples inside',
+    }[material.illumination]
     const result = cut.d == null ? '' : ` = ${cut.d.toFixed(3)}`
-    words.textContent = `r = ${figures(cut.r)}   t = ${figures(material.depth)}   ${material.illumination === 'exponential' ? `a = ${material.attenuation}   ` : ''}${formula}${result}`
+    const absorption = material.illumination === 'exponential' ? [`a = ${material.attenuation}`] : []
+    const parts = [`r = ${figures(cut.r)}`, `t = ${figures(material.depth)}`, ...absorption, formula + result]
+    words.textContent = parts.join('   ')
     return `Cross-section under the light's ray: ${words.textContent}`
   }
 
@@ -157,14 +189,20 @@ export function bindSection(store, client, stage, fail) {
     event.preventDefault()
     const step = event.shiftKey ? 20 : 2
     const limits = [store.map.width - 1, store.map.height - 1]
-    store.set({ probe: ui.probe.map((at, axis) => Math.min(Math.max(at + arrows[event.key][axis] * step, 0), limits[axis])) })
+    store.set({
+      probe: ui.probe.map((at, axis) => Math.min(Math.max(at + arrows[event.key][axis] * step, 0), limits[axis])),
+    })
   })
-  document.getElementById('stage').addEventListener('pointerdown', (event) => {
-    if (!ui.section || !event.altKey || event.button) return
-    event.preventDefault()
-    event.stopPropagation()
-    toTexel(event)
-  }, { capture: true })
+  document.getElementById('stage').addEventListener(
+    'pointerdown',
+    (event) => {
+      if (!ui.section || !event.altKey || event.button) return
+      event.preventDefault()
+      event.stopPropagation()
+      toTexel(event)
+    },
+    { capture: true },
+  )
   new ResizeObserver(show).observe(plot)
   return { show }
 }

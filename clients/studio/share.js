@@ -5,7 +5,7 @@ import { fileName, snippetsOf } from './snippets.js'
 import { make, segments } from './widgets.js'
 
 /** [width, height] of the picture's file in pixels. */
-export function pictureSize({ output }, map) {
+function pictureSize({ output }, map) {
   const [, , w, h] = output.region ?? [0, 0, map.width, map.height]
   if (output.width && output.height) return [output.width, output.height]
   if (output.width) return [output.width, Math.max(1, Math.round((output.width * h) / w))]
@@ -19,8 +19,11 @@ function elementScene(scene, defaults) {
   return shortened({ ...scene, output: { ...defaults.scene.output, ...look } }, defaults)
 }
 
-export async function copied(text, field) {
-  const done = await navigator.clipboard?.writeText(text).then(() => true, () => false)
+async function copied(text, field) {
+  const done = await navigator.clipboard?.writeText(text).then(
+    () => true,
+    () => false,
+  )
   if (done) return true
   field.select() // an address without https has no clipboard, but the older way
   return document.execCommand('copy')
@@ -36,19 +39,33 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
   let all = []
   let current = 'link'
 
-  const link = () => `${location.origin}${location.pathname}#scene=${encodeScene(shortened(store.scene, catalogue.defaults))}`
+  const link = () =>
+    `${location.origin}${location.pathname}#scene=${encodeScene(shortened(store.scene, catalogue.defaults))}`
   function snippets() {
     const { scene, map } = store
     const short = shortened(scene, catalogue.defaults)
-    return snippetsOf(short, { server, name: map.title ?? 'relief', file: map.name ?? map.title ?? 'relief', format: scene.output.format, samples: catalogue.samples, images: imagesOf(scene),
-      url: new URL(client.url(short), location.href).href, link: link(), element: elementScene(scene, catalogue.defaults),
-      size: pictureSize(scene, map) })
+    return snippetsOf(short, {
+      server,
+      name: map.title ?? 'relief',
+      file: map.name ?? map.title ?? 'relief',
+      format: scene.output.format,
+      samples: catalogue.samples,
+      images: imagesOf(scene),
+      url: new URL(client.url(short), location.href).href,
+      link: link(),
+      element: elementScene(scene, catalogue.defaults),
+      size: pictureSize(scene, map),
+    })
   }
 
   let tabs = null
   function open(name = 'link') {
     all = snippets()
-    tabs ??= segments('Copy as', all.map(({ name, title }) => [name, title]), choose)
+    tabs ??= segments(
+      'Copy as',
+      all.map(({ name, title }) => [name, title]),
+      choose,
+    )
     document.getElementById('snippet-kinds').replaceChildren(tabs.root)
     choose(name)
     if (!dialog.open) dialog.showModal()
@@ -72,12 +89,19 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
 
   // ---- the part of the map that the file shows
 
-  const part = segments('Part', [['whole', 'All'], ['shown', 'What is shown']], (word) => {
-    const region = word === 'shown' ? stage.region() : null
-    if (word === 'shown' && !region) say('All of the map is shown: zoom in first.')
-    store.change({ ...store.scene, output: { ...store.scene.output, region } })
-    show()
-  })
+  const part = segments(
+    'Part',
+    [
+      ['whole', 'All'],
+      ['shown', 'What is shown'],
+    ],
+    (word) => {
+      const region = word === 'shown' ? stage.region() : null
+      if (word === 'shown' && !region) say('All of the map is shown: zoom in first.')
+      store.change({ ...store.scene, output: { ...store.scene.output, region } })
+      show()
+    },
+  )
   document.getElementById('part').append(part.root)
 
   // ---- the file
@@ -93,10 +117,18 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
     progress.hidden = false
     progress.removeAttribute('value')
     try {
-      const blob = await received(await client.fetch('/v1/render', {
-        method: 'POST', signal: abort.signal, headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(scene),
-      }))
-      const anchor = make('a', { href: URL.createObjectURL(blob), download: fileName(map.name ?? map.title ?? 'relief', scene.output.format) })
+      const blob = await received(
+        await client.fetch('/v1/render', {
+          method: 'POST',
+          signal: abort.signal,
+          headers: { 'Content-Type': 'application/json' },
+          body: JSON.stringify(scene),
+        }),
+      )
+      const anchor = make('a', {
+        href: URL.createObjectURL(blob),
+        download: fileName(map.name ?? map.title ?? 'relief', scene.output.format),
+      })
       anchor.click()
       setTimeout(() => URL.revokeObjectURL(anchor.href), 60000)
       say(`${anchor.download} is saved: ${(blob.size / 1e6).toFixed(2)} MB.`)
@@ -126,7 +158,8 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
   const layers = document.getElementById('layer')
   layers.append(...Object.entries(layerNames).map(([value, name]) => make('option', { value }, name)))
   layers.addEventListener('change', () =>
-    store.change({ ...store.scene, output: { ...store.scene.output, layer: layers.value } }))
+    store.change({ ...store.scene, output: { ...store.scene.output, layer: layers.value } }),
+  )
 
   function show() {
     if (!store.scene) return

@@ -7,7 +7,7 @@ import { make } from './widgets.js'
 const side = 144 // pixels of a thumbnail
 
 /** Loads pictures one at a time while `isIdle()`. @return ask(img, url) */
-export function thumbnailQueue(isIdle) {
+function thumbnailQueue(isIdle) {
   let waiting = []
   let running = false
   async function next() {
@@ -18,10 +18,13 @@ export function thumbnailQueue(isIdle) {
     if (img.isConnected && img.src !== url) {
       const loaded = new Image()
       loaded.src = url
-      await loaded.decode().then(() => {
-        img.src = url
-        img.classList.add('there')
-      }, () => img.removeAttribute('src'))
+      await loaded.decode().then(
+        () => {
+          img.src = url
+          img.classList.add('there')
+        },
+        () => img.removeAttribute('src'),
+      )
     }
     running = false
     next()
@@ -34,8 +37,12 @@ export function thumbnailQueue(isIdle) {
 
 function card(title, { pressed = false, tip = null } = {}) {
   const img = make('img', { alt: '', width: side, height: side, draggable: false })
-  const button = make('button', { type: 'button', className: 'card', 'aria-pressed': String(pressed), 'data-tip': tip },
-    make('span', { className: 'thumb' }, img), make('span', { className: 'title' }, title))
+  const button = make(
+    'button',
+    { type: 'button', className: 'card', 'aria-pressed': String(pressed), 'data-tip': tip },
+    make('span', { className: 'thumb' }, img),
+    make('span', { className: 'title' }, title),
+  )
   return { button, img }
 }
 
@@ -55,13 +62,17 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
   }
 
   function showReliefs() {
-    fill('reliefs', catalogue.reliefs.map(({ id }) => id).join(), () => catalogue.reliefs.map((relief) => {
-      const made = card(brief(relief), { tip: [relief.title, relief.credit, relief.licence].filter(Boolean).join('\n') })
-      made.button.dataset.id = relief.id
-      made.button.addEventListener('click', () => actions.openRelief(relief))
-      ask(made.img, client.url({ ...relief.scene, height: { image: relief.id }, output: small }))
-      return made
-    }))
+    fill('reliefs', catalogue.reliefs.map(({ id }) => id).join(), () =>
+      catalogue.reliefs.map((relief) => {
+        const made = card(brief(relief), {
+          tip: [relief.title, relief.credit, relief.licence].filter(Boolean).join('\n'),
+        })
+        made.button.dataset.id = relief.id
+        made.button.addEventListener('click', () => actions.openRelief(relief))
+        ask(made.img, client.url({ ...relief.scene, height: { image: relief.id }, output: small }))
+        return made
+      }),
+    )
     for (const button of document.querySelectorAll('#reliefs .card'))
       button.setAttribute('aria-pressed', String(button.dataset.id === store.scene.height.image))
   }
@@ -69,12 +80,14 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
   function showLooks() {
     const { height, alpha, albedo } = store.scene
     const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }) }
-    fill('looks', 'made', () => catalogue.presets.map(({ name, description }) => {
-      const made = card(capitals(name), { tip: description })
-      made.button.dataset.name = name
-      made.button.addEventListener('click', () => actions.choosePreset(name))
-      return made
-    }))
+    fill('looks', 'made', () =>
+      catalogue.presets.map(({ name, description }) => {
+        const made = card(capitals(name), { tip: description })
+        made.button.dataset.name = name
+        made.button.addEventListener('click', () => actions.choosePreset(name))
+        return made
+      }),
+    )
     if (parts.of !== JSON.stringify(images)) {
       parts.of = JSON.stringify(images)
       for (const button of document.querySelectorAll('#looks .card'))
@@ -91,15 +104,20 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
   let late = null
   function showLighting() {
     const sky = actions.environments()[0]?.id
-    fill('lighting', 'made', () => lightingNames(sky).map((name) => {
-      const made = card(name)
-      made.button.dataset.name = name
-      made.button.addEventListener('click', () => store.open(underLighting(store.scene, name, sky)))
-      return made
-    }))
+    fill('lighting', 'made', () =>
+      lightingNames(sky).map((name) => {
+        const made = card(name)
+        made.button.dataset.name = name
+        made.button.addEventListener('click', () => store.open(underLighting(store.scene, name, sky)))
+        return made
+      }),
+    )
     const output = { ...catalogue.defaults.scene.output, ...small, background: store.scene.output.background }
     for (const button of document.querySelectorAll('#lighting .card'))
-      button.setAttribute('aria-pressed', String(same(underLighting(store.scene, button.dataset.name, sky).lights, store.scene.lights)))
+      button.setAttribute(
+        'aria-pressed',
+        String(same(underLighting(store.scene, button.dataset.name, sky).lights, store.scene.lights)),
+      )
     const { lights, ...look } = store.scene
     if (same(look, parts.under)) return
     parts.under = look
@@ -117,13 +135,18 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
     if (light.type !== 'environment') return
     const all = actions.environments()
     const { height } = store.scene
-    fill('surroundings', all.map(({ id }) => id).join() + height.image, () => all.map((environment) => {
-      const made = card(brief(environment), { tip: environment.title })
-      made.button.dataset.id = environment.id
-      made.button.addEventListener('click', () => actions.chooseEnvironment(environment.id))
-      ask(made.img, client.url({ height, light: { type: 'environment', image: { image: environment.id } }, output: small }))
-      return made
-    }))
+    fill('surroundings', all.map(({ id }) => id).join() + height.image, () =>
+      all.map((environment) => {
+        const made = card(brief(environment), { tip: environment.title })
+        made.button.dataset.id = environment.id
+        made.button.addEventListener('click', () => actions.chooseEnvironment(environment.id))
+        ask(
+          made.img,
+          client.url({ height, light: { type: 'environment', image: { image: environment.id } }, output: small }),
+        )
+        return made
+      }),
+    )
     for (const button of document.querySelectorAll('#surroundings .card'))
       button.setAttribute('aria-pressed', String(button.dataset.id === light.image.image))
   }
@@ -142,8 +165,17 @@ export function sceneWith(scene, role, id, active) {
   if (role === 'height') return overMap(scene, id)
   if (role !== 'environment') return { ...scene, [role]: { image: id } }
   const before = scene.lights[active]
-  const light = before.type === 'environment' ? { ...before, image: { image: id } }
-    : { type: 'environment', image: { image: id }, rotation: [0, 0], intensity: 'auto', weighting: 'solid-angle', radius: null }
+  const light =
+    before.type === 'environment'
+      ? { ...before, image: { image: id } }
+      : {
+          type: 'environment',
+          image: { image: id },
+          rotation: [0, 0],
+          intensity: 'auto',
+          weighting: 'solid-angle',
+          radius: null,
+        }
   return { ...scene, lights: scene.lights.map((other, i) => (i === active ? light : other)) }
 }
 

@@ -1,9 +1,22 @@
 // What is round the picture: theme, tooltips, tabs of small screens, keys, the first hint, and how long pictures took.
 
 const $ = (id) => document.getElementById(id)
-const kept = { // a browser may refuse to keep things
-  get: (key) => { try { return localStorage.getItem(key) } catch { return null } },
-  set: (key, value) => { try { localStorage.setItem(key, value) } catch { /* for this visit, then */ } },
+const kept = {
+  // a browser may refuse to keep things
+  get: (key) => {
+    try {
+      return localStorage.getItem(key)
+    } catch {
+      return null
+    }
+  },
+  set: (key, value) => {
+    try {
+      localStorage.setItem(key, value)
+    } catch {
+      /* for this visit, then */
+    }
+  },
 }
 
 const themes = ['auto', 'light', 'dark']
@@ -48,12 +61,16 @@ export function bindTips() {
     hide()
     if (target?.dataset.tip) late = setTimeout(show, ms, target)
   }
-  addEventListener('pointerover', (event) => event.pointerType !== 'touch' && plan(event.target.closest?.('[data-tip]'), 450))
+  addEventListener(
+    'pointerover',
+    (event) => event.pointerType !== 'touch' && plan(event.target.closest?.('[data-tip]'), 450),
+  )
   addEventListener('focusin', ({ target }) => {
     if (!target.matches(':focus-visible')) return
     plan(target.closest('[data-tip]') ?? target.closest('.row')?.querySelector('[data-tip]'), 700)
   })
-  addEventListener('click', ({ target }) => { // a finger asks by tapping the name
+  addEventListener('click', ({ target }) => {
+    // a finger asks by tapping the name
     const name = target.closest?.('.name[data-tip]')
     if (name && matchMedia('(hover: none)').matches) show(name)
     else hide()
@@ -93,13 +110,23 @@ export function bindKeys(store, stage) {
   $('cut-close').addEventListener('click', cut)
   $('compare').addEventListener('click', compare)
   const keys = {
-    c: compare, x: cut, o: () => $('open').click(),
-    '+': () => stage.zoomAt(Math.SQRT2), '=': () => stage.zoomAt(Math.SQRT2), '-': () => stage.zoomAt(Math.SQRT1_2), 0: stage.whole,
-    w: () => stage.panBy(0, 60), a: () => stage.panBy(60, 0), s: () => stage.panBy(0, -60), d: () => stage.panBy(-60, 0),
+    c: compare,
+    x: cut,
+    o: () => $('open').click(),
+    '+': () => stage.zoomAt(Math.SQRT2),
+    '=': () => stage.zoomAt(Math.SQRT2),
+    '-': () => stage.zoomAt(Math.SQRT1_2),
+    0: stage.whole,
+    w: () => stage.panBy(0, 60),
+    a: () => stage.panBy(60, 0),
+    s: () => stage.panBy(0, -60),
+    d: () => stage.panBy(-60, 0),
   }
   addEventListener('keydown', (event) => {
     if (!store.scene || event.altKey || document.querySelector('dialog[open]')) return
-    const typing = event.target.closest('input:not([type="range"], [type="radio"], [type="checkbox"], [type="color"]), textarea, select')
+    const typing = event.target.closest(
+      'input:not([type="range"], [type="radio"], [type="checkbox"], [type="color"]), textarea, select',
+    )
     if (typing) return
     const key = event.key.toLowerCase()
     if (event.ctrlKey || event.metaKey) {
@@ -138,7 +165,8 @@ export function showTimings(picture) {
     next = now + 200
     const { render, encode, network } = detail.timing
     $('rate').textContent = detail.final ? 'final' : `${times.length} fps`
-    for (const [id, ms] of Object.entries({ render, encode, network })) $(`${id}-ms`).textContent = ms < 9.95 ? ms.toFixed(1) : ms.toFixed(0)
+    for (const [id, ms] of Object.entries({ render, encode, network }))
+      $(`${id}-ms`).textContent = ms < 9.95 ? ms.toFixed(1) : ms.toFixed(0)
     $('pixels').textContent = `${detail.width} × ${detail.height}`
   })
 }

@@ -29,8 +29,8 @@ export function bindStage(store, stage, picture, before) {
   function slide({ region, box, scale }) {
     const [x, y, w, h] = shown ?? [0, 0, ...texels()]
     const [x0, y0] = region ?? [0, 0]
-    const moved = `translate(${(x - x0) * scale}px, ${(y - y0) * scale}px) scale(${(w * scale) / box[2]}, ${(h * scale) / box[3]})`
-    picture.style.setProperty('--slide', moved)
+    const moved = `translate(${(x - x0) * scale}px, ${(y - y0) * scale}px)`
+    picture.style.setProperty('--slide', `${moved} scale(${(w * scale) / box[2]}, ${(h * scale) / box[3]})`)
   }
 
   function show(by) {
@@ -94,7 +94,12 @@ export function bindStage(store, stage, picture, before) {
       if (i === ui.active || light.type === 'environment') return []
       const [x, y] = handlePosition(light, [box[2], box[3]], crop)
       const at = [clamp(box[0] + x, 8, size()[0] - 8), clamp(box[1] + y, 8, size()[1] - 8)]
-      const dot = make('button', { type: 'button', className: isBehind(light) ? 'other behind' : 'other', 'aria-label': `Take light ${i + 1} in hand`, 'data-tip': `Light ${i + 1}` })
+      const dot = make('button', {
+        type: 'button',
+        className: isBehind(light) ? 'other behind' : 'other',
+        'aria-label': `Take light ${i + 1} in hand`,
+        'data-tip': `Light ${i + 1}`,
+      })
       dot.style.translate = `${at[0]}px ${at[1]}px`
       dot.style.setProperty('--colour', hexColour(light.color))
       dot.addEventListener('click', () => store.set({ active: i }))
@@ -112,12 +117,16 @@ export function bindStage(store, stage, picture, before) {
     const box = stage.getBoundingClientRect()
     return [event.clientX - box.left, event.clientY - box.top]
   }
-  stage.addEventListener('wheel', (event) => {
-    if (!store.map) return
-    event.preventDefault()
-    if (event.shiftKey) look(panned(...geometry(), [-event.deltaY - event.deltaX, 0]))
-    else zoomAt(pointOf(event), 2 ** (-event.deltaY * (event.deltaMode ? 20 : 1) * (event.ctrlKey ? 0.01 : 0.002)))
-  }, { passive: false })
+  stage.addEventListener(
+    'wheel',
+    (event) => {
+      if (!store.map) return
+      event.preventDefault()
+      if (event.shiftKey) look(panned(...geometry(), [-event.deltaY - event.deltaX, 0]))
+      else zoomAt(pointOf(event), 2 ** (-event.deltaY * (event.deltaMode ? 20 : 1) * (event.ctrlKey ? 0.01 : 0.002)))
+    },
+    { passive: false },
+  )
 
   let spaced = false
   let hold = null // {kind: 'pan', id, at} or {kind: 'pinch', points: Map}
@@ -134,20 +143,24 @@ export function bindStage(store, stage, picture, before) {
     stage.classList.remove('grab')
   })
   const onControl = (event) => event.target.closest?.('.over, .other, #probe, #divider, #notice, #hint')
-  stage.addEventListener('pointerdown', (event) => {
-    if (!store.map || onControl(event)) return
-    if (event.pointerType === 'touch') {
-      touches.set(event.pointerId, pointOf(event))
-      if (touches.size === 2) return beginPinch(event)
-    }
-    const outside = event.target === stage
-    if (event.button === 1 || (event.button === 0 && (spaced || (outside && ui.view.zoom > 1)))) {
-      hold = { kind: 'pan', id: event.pointerId, at: pointOf(event) }
-      stage.setPointerCapture(event.pointerId)
-      event.preventDefault()
-      event.stopPropagation()
-    }
-  }, { capture: true })
+  stage.addEventListener(
+    'pointerdown',
+    (event) => {
+      if (!store.map || onControl(event)) return
+      if (event.pointerType === 'touch') {
+        touches.set(event.pointerId, pointOf(event))
+        if (touches.size === 2) return beginPinch(event)
+      }
+      const outside = event.target === stage
+      if (event.button === 1 || (event.button === 0 && (spaced || (outside && ui.view.zoom > 1)))) {
+        hold = { kind: 'pan', id: event.pointerId, at: pointOf(event) }
+        stage.setPointerCapture(event.pointerId)
+        event.preventDefault()
+        event.stopPropagation()
+      }
+    },
+    { capture: true },
+  )
 
   // The first finger had begun to move the light: that is taken back.
   function beginPinch(event) {
@@ -171,7 +184,10 @@ export function bindStage(store, stage, picture, before) {
       look(panned(view, texels(), size(), margin(), [is.middle[0] - was.middle[0], is.middle[1] - was.middle[1]]))
     }
   })
-  const spread = ([a, b]) => ({ middle: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], distance: Math.hypot(a[0] - b[0], a[1] - b[1]) })
+  const spread = ([a, b]) => ({
+    middle: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2],
+    distance: Math.hypot(a[0] - b[0], a[1] - b[1]),
+  })
   const release = (event) => {
     touches.delete(event.pointerId)
     if (hold?.kind === 'pan' && event.pointerId === hold.id) hold = null
@@ -216,6 +232,13 @@ export function bindStage(store, stage, picture, before) {
   })
 
   new ResizeObserver(() => show('resize')).observe(stage)
-  return { show, geometry, region: () => layout().region, zoomAt: (factor) => zoomAt(middle(), factor),
-    panBy: (right, down) => ui.view.zoom > 1 && look(panned(...geometry(), [right, down])), whole: () => look(wholeView), pointOf }
+  return {
+    show,
+    geometry,
+    region: () => layout().region,
+    zoomAt: (factor) => zoomAt(middle(), factor),
+    panBy: (right, down) => ui.view.zoom > 1 && look(panned(...geometry(), [right, down])),
+    whole: () => look(wholeView),
+    pointOf,
+  }
 }

@@ -60,19 +60,28 @@ before.addEventListener('relit-error', (event) => event.preventDefault())
 // ---- choices: the newest one counts
 
 let choices = 0
-const chosen = (work) => async (...given) => {
-  const mine = ++choices
-  const isNewest = () => mine === choices
-  try {
-    await work(isNewest, ...given)
-  } catch (error) {
-    if (isNewest()) fail(error)
+const chosen =
+  (work) =>
+  async (...given) => {
+    const mine = ++choices
+    const isNewest = () => mine === choices
+    try {
+      await work(isNewest, ...given)
+    } catch (error) {
+      if (isNewest()) fail(error)
+    }
   }
-}
 
 /** What a preset leaves alone: how the file is to be. */
-const fileOf = ({ format, bitDepth, quality, effort, width, height, region }) =>
-  ({ format, bitDepth, quality, effort, width, height, region })
+const fileOf = ({ format, bitDepth, quality, effort, width, height, region }) => ({
+  format,
+  bitDepth,
+  quality,
+  effort,
+  width,
+  height,
+  region,
+})
 
 const openRelief = chosen(async (isNewest, relief) => {
   store.know(relief)
@@ -111,7 +120,8 @@ const linked = () => {
 
 async function start() {
   const [presets, samples, api] = await patiently(() =>
-    Promise.all(['/v1/presets', '/v1/samples', '/openapi.json'].map((path) => client.get(path))))
+    Promise.all(['/v1/presets', '/v1/samples', '/openapi.json'].map((path) => client.get(path))),
+  )
   const fields = readFields(api)
   catalogue.presets = presets.presets
   catalogue.samples = samples.samples.map(({ id }) => id)
@@ -124,7 +134,9 @@ async function start() {
   const stage = bindStage(store, $('stage'), picture, before)
   const isIdle = () => picture.ariaBusy !== 'true'
   const showShelf = bindShelf(store, client, catalogue, isIdle, {
-    openRelief, choosePreset, environments: () => environmentsOf(store),
+    openRelief,
+    choosePreset,
+    environments: () => environmentsOf(store),
     chooseEnvironment: (id) => store.change(sceneWith(store.scene, 'environment', id, store.ui.active)),
   })
   const showPanel = bindPanel(store, fields)

@@ -12,7 +12,7 @@ const fit = (map, stage, margin) =>
   Math.max(Math.min((stage[0] - 2 * margin) / map[0], (stage[1] - 2 * margin) / map[1]), 0.01)
 
 /** CSS pixels to a texel. */
-export const scaleOf = (view, map, stage, margin) => fit(map, stage, margin) * view.zoom
+const scaleOf = (view, map, stage, margin) => fit(map, stage, margin) * view.zoom
 
 /**
  * @return  {region: [x, y, width, height] of the map in whole texels, or null for all of it,

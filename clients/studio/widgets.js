@@ -21,9 +21,11 @@ let names = 0
 const newId = () => `control-${++names}`
 
 /** What a control is said to do: to the picture first, then exactly. */
-export const tipOf = (control, field) => {
+const tipOf = (control, field) => {
   const range = spokenRange(field)
-  return [control.tip, field.sentence, range && range[0].toUpperCase() + range.slice(1) + '.'].filter(Boolean).join('\n')
+  return [control.tip, field.sentence, range && range[0].toUpperCase() + range.slice(1) + '.']
+    .filter(Boolean)
+    .join('\n')
 }
 
 function row(control, field, parts, inputId) {
@@ -32,10 +34,17 @@ function row(control, field, parts, inputId) {
   return make('div', { className: `row ${control.kind}` }, label, parts)
 }
 
-const numberInput = (control, field, label) => make('input', {
-  type: 'number', className: 'figure', inputMode: 'decimal', step: field.integer ? 1 : 'any', autocomplete: 'off',
-  ...(field.low > -1e6 && { min: field.low }), ...(field.high < 1e6 && { max: field.high }), 'aria-label': label,
-})
+const numberInput = (control, field, label) =>
+  make('input', {
+    type: 'number',
+    className: 'figure',
+    inputMode: 'decimal',
+    step: field.integer ? 1 : 'any',
+    autocomplete: 'off',
+    ...(field.low > -1e6 && { min: field.low }),
+    ...(field.high < 1e6 && { max: field.high }),
+    'aria-label': label,
+  })
 
 function fill(slider) {
   const share = (slider.value - slider.min) / (slider.max - slider.min)
@@ -43,8 +52,13 @@ function fill(slider) {
 }
 
 function sliderInput(control) {
-  return make('input', { type: 'range', min: toSlider(control.low, control), max: toSlider(control.high, control),
-    step: control.step, autocomplete: 'off' })
+  return make('input', {
+    type: 'range',
+    min: toSlider(control.low, control),
+    max: toSlider(control.high, control),
+    step: control.step,
+    autocomplete: 'off',
+  })
 }
 
 // A number typed is taken when it is one that the server takes; anything else leaves what was.
@@ -98,20 +112,39 @@ function falloffWidget(control, field, tell) {
   let now = [0, 1]
   const moved = (which, value) => {
     const next = [...now]
-    next[which] = which ? Math.max(value, Number((now[0] + gap).toFixed(4))) : Math.min(value, Number((now[1] - gap).toFixed(4)))
+    next[which] = which
+      ? Math.max(value, Number((now[0] + gap).toFixed(4)))
+      : Math.min(value, Number((now[1] - gap).toFixed(4)))
     return next[0] >= -1 && next[1] <= 1 ? next : now
   }
   const gesture = newId()
   ends.forEach(({ slider, figure }, which) => {
     slider.addEventListener('input', () => tell(moved(which, Number(slider.value)), gesture))
     slider.addEventListener('change', () => tell(null, gesture))
-    takeTyped(figure, control, field, (value) => tell(moved(which, value), null), () => now[which])
+    takeTyped(
+      figure,
+      control,
+      field,
+      (value) => tell(moved(which, value), null),
+      () => now[which],
+    )
   })
-  const track = make('span', { className: 'thumbs' }, make('span', { className: 'span' }), ends.map(({ slider }) => slider))
+  const track = make(
+    'span',
+    { className: 'thumbs' },
+    make('span', { className: 'span' }),
+    ends.map(({ slider }) => slider),
+  )
   const label = make('span', { className: 'name', 'data-tip': tipOf(control, field), tabIndex: -1 }, control.label)
   return {
-    root: make('div', { className: 'row falloff', role: 'group', 'aria-label': control.label }, label,
-      ends[0].figure, track, ends[1].figure),
+    root: make(
+      'div',
+      { className: 'row falloff', role: 'group', 'aria-label': control.label },
+      label,
+      ends[0].figure,
+      track,
+      ends[1].figure,
+    ),
     show(value, enabled) {
       now = value
       ends.forEach(({ slider, figure }, which) => {
@@ -128,8 +161,14 @@ function falloffWidget(control, field, tell) {
 function colourWidget(control, field, tell) {
   const id = newId()
   const input = make('input', { type: 'color', id })
-  const code = make('input', { type: 'text', className: 'figure code', 'aria-label': `${control.label} as #rrggbb`, maxLength: 7,
-    spellcheck: false, autocomplete: 'off' })
+  const code = make('input', {
+    type: 'text',
+    className: 'figure code',
+    'aria-label': `${control.label} as #rrggbb`,
+    maxLength: 7,
+    spellcheck: false,
+    autocomplete: 'off',
+  })
   input.addEventListener('input', () => tell(input.value, id))
   input.addEventListener('change', () => tell(null, id))
   code.addEventListener('change', () => {
@@ -152,8 +191,11 @@ export function segments(label, options, tell) {
   const group = newId()
   const inputs = options.map(([, name], i) => make('input', { type: 'radio', name: group, id: `${group}-${i}` }))
   inputs.forEach((input, i) => input.addEventListener('change', () => tell(options[i][0])))
-  const root = make('span', { className: 'segments', role: 'radiogroup', 'aria-label': label },
-    inputs.map((input, i) => [input, make('label', { for: input.id }, options[i][1])]).flat())
+  const root = make(
+    'span',
+    { className: 'segments', role: 'radiogroup', 'aria-label': label },
+    inputs.map((input, i) => [input, make('label', { for: input.id }, options[i][1])]).flat(),
+  )
   return {
     root,
     show(value, enabled = true) {
@@ -192,7 +234,9 @@ function wordedWidget(control, field, tell) {
   const own = plainWidget(bare, field, tell)
   let last = control.start
   const isWord = (value) => words.some(([word]) => word === value)
-  const chooser = segments(control.label, [...words, [undefined, 'Set']], (value) => tell(value === undefined ? last : value, null))
+  const chooser = segments(control.label, [...words, [undefined, 'Set']], (value) =>
+    tell(value === undefined ? last : value, null),
+  )
   const label = own.root.querySelector('.name')
   const head = make('div', { className: 'row choice' }, label.cloneNode(true), chooser.root)
   label.classList.add('unseen')
@@ -208,7 +252,13 @@ function wordedWidget(control, field, tell) {
   }
 }
 
-const kinds = { number: numberWidget, falloff: falloffWidget, colour: colourWidget, choice: choiceWidget, check: checkWidget }
+const kinds = {
+  number: numberWidget,
+  falloff: falloffWidget,
+  colour: colourWidget,
+  choice: choiceWidget,
+  check: checkWidget,
+}
 const plainWidget = (control, field, tell) => kinds[control.kind](control, field, tell)
 
 /** The element of a row of controls.js. */

@@ -5,7 +5,18 @@ import { allowed, readFields, spokenRange } from '../../clients/studio/fields.js
 import { spokenFailure } from '../../clients/studio/failures.js'
 import { canRedo, canUndo, changed, redone, settled, startHistory, undone } from '../../clients/studio/history.js'
 import {
-  decodeScene, encodeScene, heldScene, hexColour, imagesOf, isBehind, member, newLight, overMap, shortened, shownScene, withMember,
+  decodeScene,
+  encodeScene,
+  heldScene,
+  hexColour,
+  imagesOf,
+  isBehind,
+  member,
+  newLight,
+  overMap,
+  shortened,
+  shownScene,
+  withMember,
 } from '../../clients/studio/scene.js'
 import { fileName, snippetsOf } from '../../clients/studio/snippets.js'
 import { layoutOf, panned, pointOf, texelAt, wholeView, zoomed } from '../../clients/studio/view.js'
@@ -21,7 +32,8 @@ test('a scene goes into an address and comes back', () => {
 })
 
 test('what is no scene in an address gives nothing', () => {
-  for (const word of ['', 'x', '!!', 'bm90IGpzb24', encodeScene({ relief: 1 }), encodeScene(7)]) assert.equal(decodeScene(word), null)
+  for (const word of ['', 'x', '!!', 'bm90IGpzb24', encodeScene({ relief: 1 }), encodeScene(7)])
+    assert.equal(decodeScene(word), null)
 })
 
 // IEC 61966-2-1: linear 0.2159 is 128 of 255 encoded.
@@ -46,23 +58,35 @@ const defaults = {
   directional: { azimuth: 315, elevation: 35 },
 }
 const whole = {
-  height: { image: 'a' }, alpha: null, relief: 0.15, material: { depth: 0.008, specular: { k: 0, falloff: [0, 1] } },
+  height: { image: 'a' },
+  alpha: null,
+  relief: 0.15,
+  material: { depth: 0.008, specular: { k: 0, falloff: [0, 1] } },
   lights: [{ type: 'point', position: [0.1, 1, 0.6], intensity: 1 }],
 }
 
 test('the shortest scene has what differs from the defaults, and its lights by their kind', () => {
   assert.deepEqual(shortened(whole, defaults), { height: { image: 'a' } })
-  assert.deepEqual(shortened(withMember(whole, 'material.specular.falloff', [0.5, 1]), defaults),
-    { height: { image: 'a' }, material: { specular: { falloff: [0.5, 1] } } })
+  assert.deepEqual(shortened(withMember(whole, 'material.specular.falloff', [0.5, 1]), defaults), {
+    height: { image: 'a' },
+    material: { specular: { falloff: [0.5, 1] } },
+  })
   const sun = { type: 'directional', azimuth: 315, elevation: 20 }
   assert.deepEqual(shortened({ ...whole, lights: [sun] }, defaults).light, { type: 'directional', elevation: 20 })
-  assert.deepEqual(shortened({ ...whole, lights: [whole.lights[0], sun] }, defaults).lights,
-    [{ type: 'point' }, { type: 'directional', elevation: 20 }])
+  assert.deepEqual(shortened({ ...whole, lights: [whole.lights[0], sun] }, defaults).lights, [
+    { type: 'point' },
+    { type: 'directional', elevation: 20 },
+  ])
 })
 
 test('a soloed light shines alone, and another map takes the look but not what belonged to the old one', () => {
   const lights = [{ type: 'point' }, { type: 'environment', image: { image: 'e' } }]
-  const scene = heldScene({ ...whole, lights, alpha: { image: 'm' }, output: { layer: 'normal', width: 300, region: [0, 0, 9, 9] } })
+  const scene = heldScene({
+    ...whole,
+    lights,
+    alpha: { image: 'm' },
+    output: { layer: 'normal', width: 300, region: [0, 0, 9, 9] },
+  })
   assert.deepEqual(shownScene(scene, { solo: 1, region: null }).lights, [lights[1]])
   assert.equal(shownScene(scene, { solo: null, region: [1, 2, 3, 4] }).output.region[3], 4)
   assert.deepEqual(overMap(scene, 'b').output, { layer: 'normal', width: null, height: null, region: null })
@@ -75,7 +99,12 @@ test('a soloed light shines alone, and another map takes the look but not what b
 
 test('a light from behind is told by its place or its direction', () => {
   const behind = [{ position: [0, 0, -0.1] }, { elevation: -1 }, { direction: [0, 1, -1] }]
-  const before = [{ position: [0, 0, 0.1] }, { elevation: 0 }, { direction: [0, 1, 1], elevation: -1 }, { rotation: [180, 0] }]
+  const before = [
+    { position: [0, 0, 0.1] },
+    { elevation: 0 },
+    { direction: [0, 1, 1], elevation: -1 },
+    { rotation: [180, 0] },
+  ]
   assert.deepEqual([...behind, ...before].map(isBehind), [true, true, true, false, false, false, false])
 })
 
@@ -100,24 +129,46 @@ test('a history does not grow for ever', () => {
 })
 
 test('fields are read with range, words, default and sentence', () => {
-  const fields = readFields({ components: { schemas: {
-    Scene: { properties: {
-      relief: { type: 'number', exclusiveMinimum: 0, maximum: 10, default: 0.15, description: 'Height.' },
-      material: { type: 'object', properties: { steps: { type: 'integer', minimum: 1, maximum: 10000, default: 100 } } },
-      base: { anyOf: [{ type: 'number', minimum: -10, maximum: 10 }, { const: 'none' }, { const: 'auto' }], default: 'none' } } },
-    PointLight: { properties: { position: { type: 'array', items: { type: 'number', minimum: -1000, maximum: 1000 } } } },
-    DirectionalLight: { properties: {} }, EnvironmentLight: { properties: {} },
-  } } })
+  const fields = readFields({
+    components: {
+      schemas: {
+        Scene: {
+          properties: {
+            relief: { type: 'number', exclusiveMinimum: 0, maximum: 10, default: 0.15, description: 'Height.' },
+            material: {
+              type: 'object',
+              properties: { steps: { type: 'integer', minimum: 1, maximum: 10000, default: 100 } },
+            },
+            base: {
+              anyOf: [{ type: 'number', minimum: -10, maximum: 10 }, { const: 'none' }, { const: 'auto' }],
+              default: 'none',
+            },
+          },
+        },
+        PointLight: {
+          properties: { position: { type: 'array', items: { type: 'number', minimum: -1000, maximum: 1000 } } },
+        },
+        DirectionalLight: { properties: {} },
+        EnvironmentLight: { properties: {} },
+      },
+    },
+  })
   assert.equal(spokenRange(fields.get('relief')), 'above 0, at most 10; usually 0.15')
   assert.deepEqual(fields.get('base').choices, ['none', 'auto'])
   assert.equal(fields.get('point.position').high, 1000)
-  assert.deepEqual([0, 0.5, 99].map((n) => allowed(n, fields.get('relief'))), [null, 0.5, 10])
+  assert.deepEqual(
+    [0, 0.5, 99].map((n) => allowed(n, fields.get('relief'))),
+    [null, 0.5, 10],
+  )
   assert.equal(allowed(3.7, fields.get('material.steps')), 4)
   assert.equal(allowed(NaN, fields.get('relief')), null)
 })
 
 test('zoomed at a point, the texel under it stays; the map never leaves the stage', () => {
-  const [map, stage] = [[400, 200], [840, 640]]
+  const [map, stage] = [
+    [400, 200],
+    [840, 640],
+  ]
   assert.deepEqual(layoutOf(wholeView, map, stage, 20), { region: null, box: [20, 120, 800, 400], scale: 2 })
   const point = [300, 200]
   const texel = texelAt(wholeView, map, stage, 20, point)
@@ -138,9 +189,21 @@ test('zoomed at a point, the texel under it stays; the map never leaves the stag
 test('words to paste are quoted for where they go', () => {
   assert.equal(fileName("Bust of Plato, a scan's", 'jpeg'), 'Bust-of-Plato-a-scan-s-relit.jpg')
   assert.equal(fileName('münze.TIF', 'png'), 'münze-relit.png')
-  const picture = { server: 'http://h', name: 'a "b" & c', file: 'a "b" & c', format: 'png', samples: [], images: ['x'], url: 'http://h/?a&b', link: '',
-    element: { height: { image: 'x' }, preset: "it's" }, size: [3, 4] }
-  const [, , curl, img, element, cli] = snippetsOf({ height: { image: 'x' }, preset: "it's" }, picture).map(({ text }) => text)
+  const picture = {
+    server: 'http://h',
+    name: 'a "b" & c',
+    file: 'a "b" & c',
+    format: 'png',
+    samples: [],
+    images: ['x'],
+    url: 'http://h/?a&b',
+    link: '',
+    element: { height: { image: 'x' }, preset: "it's" },
+    size: [3, 4],
+  }
+  const [, , curl, img, element, cli] = snippetsOf({ height: { image: 'x' }, preset: "it's" }, picture).map(
+    ({ text }) => text,
+  )
   assert.ok(curl.endsWith(`--json '{"height":{"image":"x"},"preset":"it'\\''s"}'`), curl)
   assert.equal(img, '<img src="http://h/?a&amp;b" width="3" height="4" alt="a &quot;b&quot; &amp; c">')
   assert.ok(element.includes(`scene='{"preset":"it&#39;s"}'`), element)
@@ -150,6 +213,9 @@ test('words to paste are quoted for where they go', () => {
 
 test('failures say what to do', () => {
   assert.equal(spokenFailure({ status: 0 }, 4000), 'The server does not answer. Is it running? Trying again in 4 s.')
-  assert.match(spokenFailure({ code: 'not-found', status: 404, problem: { detail: 'Gone.' } }), /^Gone\. .* open the file again\.$/)
+  assert.match(
+    spokenFailure({ code: 'not-found', status: 404, problem: { detail: 'Gone.' } }),
+    /^Gone\. .* open the file again\.$/,
+  )
   assert.equal(spokenFailure({ status: 422, message: 'No.' }), 'No. Undo brings back what worked.')
 })

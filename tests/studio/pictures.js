@@ -21,9 +21,12 @@ const window = await open({ viewport: { width: 1440, height: 900 } })
 await choose(window, '#looks [data-name="bronze"]')
 await window.keyboard.press('x')
 await window.waitForFunction(() => document.getElementById('cut').textContent)
-await window.waitForFunction(() => document.querySelectorAll('#looks img:not(.there)').length === 0, null, { timeout: 60_000 })
+await window.waitForFunction(() => document.querySelectorAll('#looks img:not(.there)').length === 0, null, {
+  timeout: 60_000,
+})
 await window.locator('#probe').focus()
-for (const key of ['Right', 'Right', 'Right', 'Right', 'Down', 'Down', 'Down']) await window.keyboard.press(`Shift+Arrow${key}`) // into a shadow
+for (const key of ['Right', 'Right', 'Right', 'Right', 'Down', 'Down', 'Down'])
+  await window.keyboard.press(`Shift+Arrow${key}`) // into a shadow
 await window.evaluate(() => document.activeElement.blur())
 await rested(window)
 await window.screenshot({ path: join(folder, 'studio.png') })
@@ -52,8 +55,11 @@ for (let i = 0; i < frames; ++i) {
   const turn = (azimuth * Math.PI) / 180
   await page.mouse.move(...at(turn))
   if (!i) await page.mouse.down()
-  await page.waitForFunction((azimuth) => Math.abs((globalThis.shown - azimuth + 540) % 360 - 180) < 1, azimuth)
-  await page.screenshot({ path: join(folder, `${String(i).padStart(3, '0')}.png`), clip: { ...clip, height: clip.height - 40 } })
+  await page.waitForFunction((azimuth) => Math.abs(((globalThis.shown - azimuth + 540) % 360) - 180) < 1, azimuth)
+  await page.screenshot({
+    path: join(folder, `${String(i).padStart(3, '0')}.png`),
+    clip: { ...clip, height: clip.height - 40 },
+  })
 }
 await page.mouse.up()
 await browser.close()

@@ -5,13 +5,27 @@ import test from 'node:test'
 import { deflateSync } from 'node:zlib'
 import { decodePng } from '../../clients/studio/png.js'
 import {
-  borders, illuminationOf, insideLength, insideParts, normalAt, profileAlong, rayTo, startOf, surfaceAt,
+  borders,
+  illuminationOf,
+  insideLength,
+  insideParts,
+  normalAt,
+  profileAlong,
+  rayTo,
+  startOf,
+  surfaceAt,
 } from '../../clients/studio/profile.js'
 
 const near = (a, b, within) => assert.ok(Math.abs(a - b) <= within, `${a} is not ${b} within ${within}`)
 const solidOf = (height, { width = 64, rows = 48, base = null, alpha = null, relief = 1 } = {}) => ({
-  width, height: rows, relief, base, alpha,
-  heights: Float32Array.from({ length: width * rows }, (_, k) => height((k % width + 0.5) / width, (rows - 0.5 - Math.floor(k / width)) / width)),
+  width,
+  height: rows,
+  relief,
+  base,
+  alpha,
+  heights: Float32Array.from({ length: width * rows }, (_, k) =>
+    height(((k % width) + 0.5) / width, (rows - 0.5 - Math.floor(k / width)) / width),
+  ),
 })
 const lengthAt = (solid, texel, depth, light, offset = 'normal') => {
   const from = startOf(solid, texel, depth, offset)
@@ -41,8 +55,25 @@ test('a wall lengthens r by its thickness along the ray', () => {
 
 test('light from behind crosses the thickness of a panel, and never leaves endless ground', () => {
   const behind = { type: 'directional', azimuth: 0, elevation: -90 }
-  near(lengthAt(solidOf(() => 0.2, { base: -0.05 }), [10, 10], 0.01, behind), 0.24, 1e-5)
-  assert.equal(lengthAt(solidOf(() => 0.2), [10, 10], 0.01, behind), Infinity)
+  near(
+    lengthAt(
+      solidOf(() => 0.2, { base: -0.05 }),
+      [10, 10],
+      0.01,
+      behind,
+    ),
+    0.24,
+    1e-5,
+  )
+  assert.equal(
+    lengthAt(
+      solidOf(() => 0.2),
+      [10, 10],
+      0.01,
+      behind,
+    ),
+    Infinity,
+  )
   assert.equal(illuminationOf(Infinity, { illumination: 'length', depth: 0.01 }), 0)
 })
 
@@ -62,8 +93,14 @@ test('a point light ends the ray', () => {
 })
 
 test('masked texels are no material', () => {
-  const masked = solidOf(() => 0.2, { base: 0, alpha: Float32Array.from({ length: 64 * 48 }, (_, k) => (k % 64 < 32 ? 1 : 0)) })
-  assert.deepEqual(profileAlong(masked, [0.25, 0.3], [0.75, 0.3], 2).map((z) => z == null), [false, true, true])
+  const masked = solidOf(() => 0.2, {
+    base: 0,
+    alpha: Float32Array.from({ length: 64 * 48 }, (_, k) => (k % 64 < 32 ? 1 : 0)),
+  })
+  assert.deepEqual(
+    profileAlong(masked, [0.25, 0.3], [0.75, 0.3], 2).map((z) => z == null),
+    [false, true, true],
+  )
   near(lengthAt(masked, [16, 24], 0.01, { type: 'directional', azimuth: 90, elevation: 1 }), 0.2422, 0.002)
 })
 
@@ -90,20 +127,35 @@ function pngOf(width, rows) {
   header.set([16, 0, 0, 0, 0], 8)
   const raw = rows.map((row) => Buffer.from(row.flatMap((number) => [number >> 8, number & 255])))
   const paeth = (a, b, c) => [a, b, c].sort((p, q) => Math.abs(a + b - c - p) - Math.abs(a + b - c - q))[0]
-  const packed = raw.map((row, k) => Buffer.from([k % 5, ...row.map((byte, i) => {
-    const [a, b, c] = [row[i - 2] ?? 0, raw[k - 1]?.[i] ?? 0, raw[k - 1]?.[i - 2] ?? 0]
-    return byte - [0, a, b, (a + b) >> 1, paeth(a, b, c)][k % 5]
-  })]))
-  const parts = [Buffer.from('89504e470d0a1a0a', 'hex'), chunk('IHDR', header), chunk('IDAT', deflateSync(Buffer.concat(packed))), chunk('IEND', Buffer.alloc(0))]
+  const packed = raw.map((row, k) =>
+    Buffer.from([
+      k % 5,
+      ...row.map((byte, i) => {
+        const [a, b, c] = [row[i - 2] ?? 0, raw[k - 1]?.[i] ?? 0, raw[k - 1]?.[i - 2] ?? 0]
+        return byte - [0, a, b, (a + b) >> 1, paeth(a, b, c)][k % 5]
+      }),
+    ]),
+  )
+  const parts = [
+    Buffer.from('89504e470d0a1a0a', 'hex'),
+    chunk('IHDR', header),
+    chunk('IDAT', deflateSync(Buffer.concat(packed))),
+    chunk('IEND', Buffer.alloc(0)),
+  ]
   const file = Buffer.concat(parts)
   return file.buffer.slice(file.byteOffset, file.byteOffset + file.length)
 }
 
 test('a PNG keeps all 16 bits, whatever filter its rows have', async () => {
-  const rows = Array.from({ length: 11 }, (_, j) => Array.from({ length: 9 }, (_, i) => (i * 7919 + j * 104729) % 65536))
+  const rows = Array.from({ length: 11 }, (_, j) =>
+    Array.from({ length: 9 }, (_, i) => (i * 7919 + j * 104729) % 65536),
+  )
   const { width, height, channels, numbers } = await decodePng(pngOf(9, rows))
   assert.deepEqual([width, height, channels], [9, 11, 1])
-  assert.deepEqual(Array.from(numbers, (number) => Math.round(number * 65535)), rows.flat())
+  assert.deepEqual(
+    Array.from(numbers, (number) => Math.round(number * 65535)),
+    rows.flat(),
+  )
 })
 
 test('what is no PNG, or half of one, is refused', async () => {

@@ -30,8 +30,7 @@ after(async () => {
 const repository = fileURLToPath(new URL('../..', import.meta.url))
 const open = async (path = '/', options) => {
   const page = await openPage(browser, server.address + path, options)
-  await page.waitForFunction(() => globalThis.finalFrame)
-  await rested(page)
+  await finalFrame(page)
   return page
 }
 const close = (page) => page.context().close()
@@ -39,8 +38,12 @@ const keep = async (page, name) => {
   if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
 }
 const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
-const post = (path, scene) => fetch(server.address + path, {
-  method: 'POST', body: JSON.stringify(scene), headers: { 'Content-Type': 'application/json' } })
+const post = (path, scene) =>
+  fetch(server.address + path, {
+    method: 'POST',
+    body: JSON.stringify(scene),
+    headers: { 'Content-Type': 'application/json' },
+  })
 const etagOf = async (scene) => (await post('/v1/scene', scene)).headers.get('ETag')
 const bytesOf = async (scene) => Buffer.from(await (await post('/v1/render', scene)).arrayBuffer())
 
@@ -80,7 +83,10 @@ test('a link shows the same again, byte for byte, and a broken one says so', asy
   const gone = Buffer.from(JSON.stringify({ height: { image: 'f'.repeat(64) } })).toString('base64url')
   const stale = await open(`/#scene=${gone}`)
   assert.match(await stale.textContent('#message'), /open the file again/)
-  assert.equal(await stale.textContent('#title'), (await (await fetch(server.address + '/v1/samples')).json()).samples[0].title)
+  assert.equal(
+    await stale.textContent('#title'),
+    (await (await fetch(server.address + '/v1/samples')).json()).samples[0].title,
+  )
   await close(stale)
 })
 
@@ -100,13 +106,18 @@ test('every "copy as" makes the same picture: scene, curl, <img>, <relit-image>,
   await rm(join(folder, file))
 
   const relit = await copiedAs(page, 'relit')
-  assert.match(relit, /--server/, 'the file is the server\'s')
+  assert.match(relit, /--server/, "the file is the server's")
   execFileSync('sh', ['-c', relit.replace(/^relit /, `'${process.env.RELIT}' `)], { cwd: folder })
   assert.ok(bytes.equals(await readFile(join(folder, file))), 'relit')
 
   const tag = await copiedAs(page, '<img>')
-  await page.evaluate((tag) => document.body.insertAdjacentHTML('beforeend', tag.replace('<img', '<img id="pasted"')), tag)
-  const size = await page.locator('#pasted').evaluate((img) => img.decode().then(() => [img.naturalWidth, img.width, img.alt, img.src]))
+  await page.evaluate(
+    (tag) => document.body.insertAdjacentHTML('beforeend', tag.replace('<img', '<img id="pasted"')),
+    tag,
+  )
+  const size = await page
+    .locator('#pasted')
+    .evaluate((img) => img.decode().then(() => [img.naturalWidth, img.width, img.alt, img.src]))
   assert.deepEqual(size.slice(0, 3), [270, 270, "Anna's & Otto's.jpg"])
   const picture = await fetch(size[3])
   assert.equal(picture.headers.get('ETag'), etag)
@@ -117,9 +128,15 @@ test('every "copy as" makes the same picture: scene, curl, <img>, <relit-image>,
   assert.match(element, /^<script type="module" src="http[^"]+\/relit.js">/)
   const width = await page.locator('#picture').evaluate((picture) => picture.clientWidth)
   const blank = await page.context().newPage()
-  await blank.addInitScript(() => addEventListener('relit-frame', ({ detail }) => detail.final && (globalThis.etag = detail.etag)))
-  await blank.route('**/blank', (route) => route.fulfill({ contentType: 'text/html',
-    body: `<!doctype html><body><div style="width:${width}px">${element}</div>` }))
+  await blank.addInitScript(() =>
+    addEventListener('relit-frame', ({ detail }) => detail.final && (globalThis.etag = detail.etag)),
+  )
+  await blank.route('**/blank', (route) =>
+    route.fulfill({
+      contentType: 'text/html',
+      body: `<!doctype html><body><div style="width:${width}px">${element}</div>`,
+    }),
+  )
   await blank.goto(server.address + '/blank')
   await blank.waitForFunction(() => globalThis.etag)
   assert.equal(await blank.evaluate(() => globalThis.etag), shown.etag, '<relit-image>')
@@ -168,7 +185,7 @@ test('the download is the file that Export says: all of the map or what is shown
   await close(page)
 })
 
-test('the cross-section\'s r is the server\'s own, for points, suns and light from behind', async () => {
+test("the cross-section's r is the server's own, for points, suns and light from behind", async () => {
   const page = await open()
   await page.keyboard.press('x')
   const figure = async () => Number((await page.textContent('#cut')).match(/r = ([\d.]+)/)[1])
@@ -177,10 +194,17 @@ test('the cross-section\'s r is the server\'s own, for points, suns and light fr
     await page.waitForFunction(() => /r = [\d.∞]+/.test(document.getElementById('cut').textContent))
     const scene = await sceneNow(page, server.address)
     const [i, j] = await probe()
-    const png = await bytesOf({ ...scene, lights: [scene.lights[0]], output: { layer: 'thickness', bitDepth: 16, region: [i, j, 1, 1] } })
+    const png = await bytesOf({
+      ...scene,
+      lights: [scene.lights[0]],
+      output: { layer: 'thickness', bitDepth: 16, region: [i, j, 1, 1] },
+    })
     const thickness = (await decodePng(png.buffer.slice(png.byteOffset, png.byteOffset + png.length))).numbers[0]
     const r = await figure()
-    assert.ok(Math.abs(r - thickness) < 2e-4 + 0.01 * thickness, `${what}: r is ${r} on the page, ${thickness} by the server`)
+    assert.ok(
+      Math.abs(r - thickness) < 2e-4 + 0.01 * thickness,
+      `${what}: r is ${r} on the page, ${thickness} by the server`,
+    )
     return r
   }
   await agree('a point')
@@ -209,13 +233,36 @@ test('the cross-section\'s r is the server\'s own, for points, suns and light fr
 test('every field of a scene has a control, within what the server takes', async () => {
   const fields = readFields(await (await fetch(server.address + '/openapi.json')).json())
   const lights = Object.entries(lightControls).flatMap(([type, controls]) =>
-    controls.map((control) => ({ ...control, field: `${type}.${control.path.replace(/\.\d$/, '')}` })))
-  const all = [...lights, ...Object.values(sceneControls).flat().map((control) => ({ ...control, field: control.path }))]
-  const elsewhere = ['preset', 'height', 'alpha', 'albedo', 'light', 'lights', 'output.layer', 'output.region', 'point.type',
-    'directional.type', 'directional.direction', 'environment.type', 'environment.image',
-    'output.accuracy'] // the picture's own matter: quick while something moves, final at rest and in files
-  assert.deepEqual([...fields.keys()].filter((path) => !all.some(({ field }) => field === path)), elsewhere.filter((path) => fields.has(path))
-    .sort((a, b) => [...fields.keys()].indexOf(a) - [...fields.keys()].indexOf(b)))
+    controls.map((control) => ({ ...control, field: `${type}.${control.path.replace(/\.\d$/, '')}` })),
+  )
+  const all = [
+    ...lights,
+    ...Object.values(sceneControls)
+      .flat()
+      .map((control) => ({ ...control, field: control.path })),
+  ]
+  const elsewhere = [
+    'preset',
+    'height',
+    'alpha',
+    'albedo',
+    'light',
+    'lights',
+    'output.layer',
+    'output.region',
+    'point.type',
+    'directional.type',
+    'directional.direction',
+    'environment.type',
+    'environment.image',
+    'output.accuracy',
+  ] // the picture's own matter: quick while something moves, final at rest and in files
+  assert.deepEqual(
+    [...fields.keys()].filter((path) => !all.some(({ field }) => field === path)),
+    elsewhere
+      .filter((path) => fields.has(path))
+      .sort((a, b) => [...fields.keys()].indexOf(a) - [...fields.keys()].indexOf(b)),
+  )
   for (const { field, kind, low, high, tip, names } of all) {
     const known = fields.get(field)
     assert.ok(known, field)
@@ -228,25 +275,39 @@ test('every field of a scene has a control, within what the server takes', async
 const axe = createRequire(import.meta.url).resolve('axe-core')
 async function violations(page) {
   await page.evaluate(await readFile(axe, 'utf8'))
-  const { violations, passes } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice'] }))
-  assert.ok(passes.some(({ id, nodes }) => id === 'color-contrast' && nodes.length), 'contrast was looked at')
-  return violations.filter(({ impact }) => impact === 'serious' || impact === 'critical')
-    .map(({ id, nodes }) => `${id}: ${nodes.slice(0, 4).map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`).join(' | ')}`)
+  const { violations, passes } = await page.evaluate(() =>
+    globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice'] }),
+  )
+  assert.ok(
+    passes.some(({ id, nodes }) => id === 'color-contrast' && nodes.length),
+    'contrast was looked at',
+  )
+  return violations
+    .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+    .map(
+      ({ id, nodes }) =>
+        `${id}: ${nodes
+          .slice(0, 4)
+          .map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`)
+          .join(' | ')}`,
+    )
 }
 
 test('axe finds no serious violation: light, dark, phone, dialog, with all that can be opened', async () => {
   for (const [name, options] of Object.entries({
-    light: { colorScheme: 'light' }, dark: { colorScheme: 'dark' },
+    light: { colorScheme: 'light' },
+    dark: { colorScheme: 'dark' },
     phone: { colorScheme: 'light', viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true },
   })) {
     const page = await open('/', { viewport: { width: 1440, height: 900 }, ...options })
     await keep(page, name)
     assert.deepEqual(await violations(page), [], `${name}, first`)
     await page.click('#looks [data-name="jade"]')
-    if (name === 'phone') for (const tab of await page.locator('#tabs button').all()) {
-      await tab.tap()
-      assert.deepEqual(await violations(page), [], `${name}, ${await tab.textContent()}`)
-    }
+    if (name === 'phone')
+      for (const tab of await page.locator('#tabs button').all()) {
+        await tab.tap()
+        assert.deepEqual(await violations(page), [], `${name}, ${await tab.textContent()}`)
+      }
     await page.click('#compare')
     await page.click('#cut-toggle')
     await page.waitForFunction(() => document.getElementById('cut').textContent)
@@ -281,12 +342,24 @@ test('with keys alone: from the light to a look, a slider, the dialog, and back'
   assert.equal(await page.getAttribute('html', 'data-theme'), 'light')
   await page.reload()
   assert.equal(await page.getAttribute('html', 'data-theme'), 'light', 'it is kept')
+  await finalFrame(page)
   const steps = new Set()
-  for (let i = 0; i < 90; ++i) {
+  for (let i = 0; i < 150; ++i) {
     await page.keyboard.press('Tab')
     steps.add(await focused())
   }
-  for (const id of ['open', 'share-open', 'picture', 'compare', 'cut-toggle', 'layer', 'add-light', 'pad-dot', 'download', 'copy-as'])
+  for (const id of [
+    'open',
+    'share-open',
+    'picture',
+    'compare',
+    'cut-toggle',
+    'layer',
+    'add-light',
+    'pad-dot',
+    'download',
+    'copy-as',
+  ])
     assert.ok(steps.has(id), `the tab key comes to ${id}`)
   withoutTrouble(page)
   await close(page)

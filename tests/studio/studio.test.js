@@ -4,7 +4,19 @@ import { readFile } from 'node:fs/promises'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
 import { fileURLToPath } from 'node:url'
-import { boxOf, drag, finalFrame, halves, lightNow, message, openPage, rested, says, sceneNow, startBrowser, startServer } from './support.js'
+import {
+  boxOf,
+  drag,
+  finalFrame,
+  halves,
+  message,
+  openPage,
+  rested,
+  says,
+  sceneNow,
+  startBrowser,
+  startServer,
+} from './support.js'
 
 let server
 let browser
@@ -20,8 +32,7 @@ after(async () => {
 const repository = fileURLToPath(new URL('../..', import.meta.url))
 const open = async (path = '/', options) => {
   const page = await openPage(browser, server.address + path, options)
-  await page.waitForFunction(() => globalThis.finalFrame)
-  await rested(page)
+  await finalFrame(page)
   return page
 }
 const close = (page) => page.context().close()
@@ -31,17 +42,24 @@ const keep = async (page, name) => {
 const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
 const catalogue = async (path) => (await fetch(server.address + path)).json()
 const scene = (page) => sceneNow(page, server.address)
-const row = (page, group, label) => page.locator(`#${group} .row:visible`, { has: page.getByText(label, { exact: true }) })
+const row = (page, group, label) =>
+  page.locator(`#${group} .row:visible`, { has: page.getByText(label, { exact: true }) })
 const type = async (page, group, label, value) => {
   const field = row(page, group, label).locator('input.figure')
   await field.fill(String(value))
   await field.press('Enter')
 }
-const choose = (page, label, text) => page.getByRole('radiogroup', { name: label, exact: true }).getByText(text, { exact: true }).click()
+const choose = (page, label, text) =>
+  page.getByRole('radiogroup', { name: label, exact: true }).getByText(text, { exact: true }).click()
 
 test('every file of the pages is typed, revalidated and under a strict policy', async () => {
-  const types = { '/': 'text/html', '/docs': 'text/html', '/studio/studio.js': 'text/javascript', '/studio/studio.css': 'text/css',
-    '/studio/icon.svg': 'image/svg+xml' }
+  const types = {
+    '/': 'text/html',
+    '/docs': 'text/html',
+    '/studio/studio.js': 'text/javascript',
+    '/studio/studio.css': 'text/css',
+    '/studio/icon.svg': 'image/svg+xml',
+  }
   for (const [path, type] of Object.entries(types)) {
     const reply = await fetch(server.address + path)
     assert.equal(reply.status, 200, path)
@@ -73,7 +91,10 @@ test('the studio shows a lit relief, from its own server only, and where the mil
 test('the brightest side follows the light, a drag is one step of undo, and the hint goes', async () => {
   const page = await open()
   const accuracies = []
-  page.on('request', (request) => request.url().endsWith('/v1/render') && accuracies.push(request.postDataJSON().output.accuracy))
+  page.on(
+    'request',
+    (request) => request.url().endsWith('/v1/render') && accuracies.push(request.postDataJSON().output.accuracy),
+  )
   await drag(page, [0.5, 0.4], [-0.03, 0.4])
   const fromLeft = (await rested(page), await halves(page))
   assert.ok(accuracies.includes('preview'), 'previews while dragging')
@@ -105,7 +126,11 @@ test('every look and every sample has a thumbnail and can be chosen', async () =
     if (name !== 'ink') await rested(page) // an environment's first picture takes longer; that it comes is claimed below
     assert.equal(await message(page), '', name)
   }
-  await page.waitForFunction((count) => document.querySelectorAll('#looks img.there').length === count, presets.length, { timeout: 30_000 })
+  await page.waitForFunction(
+    (count) => document.querySelectorAll('#looks img.there').length === count,
+    presets.length,
+    { timeout: 30_000 },
+  )
   const { samples } = await catalogue('/v1/samples')
   for (const sample of samples.filter(({ kind }) => kind === 'relief')) {
     await page.click(`#reliefs [data-id="${sample.id}"]`)
@@ -122,7 +147,9 @@ test('every look and every sample has a thumbnail and can be chosen', async () =
 test('surroundings turn under the hand and on the pad', async () => {
   const page = await open()
   await choose(page, 'Kind of light', 'Surroundings')
-  await page.waitForFunction(() => document.querySelectorAll('#surroundings img.there').length === 2, null, { timeout: 30_000 })
+  await page.waitForFunction(() => document.querySelectorAll('#surroundings img.there').length === 2, null, {
+    timeout: 30_000,
+  })
   const yaw = async () => (await scene(page)).lights[0].rotation[0]
   const before = await yaw()
   await drag(page, [0.3, 0.5], [0.55, 0.5])
@@ -145,7 +172,8 @@ test('a sun stands on a dome, and what is outside of it is behind', async () => 
   await choose(page, 'Kind of light', 'Sun')
   assert.ok(await page.isVisible('#dome'))
   await drag(page, [0.5, 0.5], [0.75, 0.5])
-  const angles = async () => (({ azimuth, elevation }) => [Math.round(azimuth), Math.round(elevation)])((await scene(page)).lights[0])
+  const angles = async () =>
+    (({ azimuth, elevation }) => [Math.round(azimuth), Math.round(elevation)])((await scene(page)).lights[0])
   assert.deepEqual(await angles(), [90, 45])
   const pad = await page.locator('#pad').boundingBox()
   await page.mouse.click(pad.x + pad.width / 2, pad.y + 2)
@@ -171,7 +199,10 @@ test('lights are added, taken in hand, shine alone and go', async () => {
   await drag(page, [0.5, 0.5], [0.2, 0.8])
   assert.equal((await scene(page)).lights[1].position[0], 0.2)
   await page.getByRole('button', { name: 'Remove Point 1' }).click()
-  assert.deepEqual((await scene(page)).lights.map(({ position }) => position[0]), [0.2])
+  assert.deepEqual(
+    (await scene(page)).lights.map(({ position }) => position[0]),
+    [0.2],
+  )
   await rested(page)
   withoutTrouble(page)
   await close(page)
@@ -190,10 +221,16 @@ test('a lighting changes the lights under the look that is on, and its thumbnail
   await page.keyboard.press('Control+z')
   assert.equal((await scene(page)).base, 'none')
   const shown = () => page.locator('#lighting [data-name="Front"] img').getAttribute('src')
-  await page.waitForFunction(() => document.querySelectorAll('#lighting img.there').length === 9, null, { timeout: 30_000 })
+  await page.waitForFunction(() => document.querySelectorAll('#lighting img.there').length === 9, null, {
+    timeout: 30_000,
+  })
   const before = await shown()
   await page.click('#looks [data-name="jade"]')
-  await page.waitForFunction((before) => document.querySelector('#lighting [data-name="Front"] img').src !== new URL(before, location).href, before, { timeout: 30_000 })
+  await page.waitForFunction(
+    (before) => document.querySelector('#lighting [data-name="Front"] img').src !== new URL(before, location).href,
+    before,
+    { timeout: 30_000 },
+  )
   await rested(page)
   withoutTrouble(page)
   await close(page)
@@ -223,9 +260,18 @@ test('controls change the scene: sliders, numbers, thumbs, colours, words', asyn
   await type(page, 'finish', 'Exposure', 1.5)
   const { relief, base, material, output, lights } = await scene(page)
   assert.deepEqual([relief, base, lights[0].intensity], [0.4, 'auto', 0.3])
-  assert.deepEqual([material.depth, material.specular.k, material.scatter.k, material.illumination], [0.01, 1, 0.2, 'length'])
-  assert.deepEqual([material.specular, material.scatter.falloff], [{ k: 1, falloff: [0.8, 1], occlude: true }, [0, 0.01]])
-  assert.deepEqual([material.diffuseColor, output.tone, output.exposure, output.background], ['#336699', 'filmic', 1.5, '#808080'])
+  assert.deepEqual(
+    [material.depth, material.specular.k, material.scatter.k, material.illumination],
+    [0.01, 1, 0.2, 'length'],
+  )
+  assert.deepEqual(
+    [material.specular, material.scatter.falloff],
+    [{ k: 1, falloff: [0.8, 1], occlude: true }, [0, 0.01]],
+  )
+  assert.deepEqual(
+    [material.diffuseColor, output.tone, output.exposure, output.background],
+    ['#336699', 'filmic', 1.5, '#808080'],
+  )
   await rested(page)
   assert.equal(await message(page), '')
   const slider = row(page, 'light', 'Intensity').locator('input[type=range]')
@@ -288,11 +334,13 @@ test('zoomed in, the part of the map is rendered, and the light is where the han
   await close(page)
 })
 
-const dropped = (page, files) => page.evaluateHandle((files) => {
-  const transfer = new DataTransfer()
-  for (const { name, base64 } of files) transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name))
-  return transfer
-}, files)
+const dropped = (page, files) =>
+  page.evaluateHandle((files) => {
+    const transfer = new DataTransfer()
+    for (const { name, base64 } of files)
+      transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name))
+    return transfer
+  }, files)
 
 test('a height map is opened, a mask and surroundings are dropped, and what is broken is refused in a sentence', async () => {
   const page = await open()
@@ -326,20 +374,31 @@ test('a height map is opened, a mask and surroundings are dropped, and what is b
   await page.dispatchEvent('body', 'drop', { dataTransfer: note })
   await says(page, 'PNG, JPEG.* Export it as one of these')
   assert.equal(await page.textContent('#title'), 'plaster.jpg', 'the picture before stays')
-  await page.evaluate((transfer) => dispatchEvent(new ClipboardEvent('paste', { clipboardData: transfer, bubbles: true })),
-    await dropped(page, [{ name: 'pasted.png', base64: png.toString('base64') }]))
+  await page.evaluate(
+    (transfer) => dispatchEvent(new ClipboardEvent('paste', { clipboardData: transfer, bubbles: true })),
+    await dropped(page, [{ name: 'pasted.png', base64: png.toString('base64') }]),
+  )
   await page.waitForFunction(() => document.getElementById('texels').textContent.includes('512'))
   await rested(page)
   await close(page)
 })
 
 test('on a phone the light follows the finger, two fingers zoom, and nothing is wider than the screen', async () => {
-  const page = await open('/', { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2, colorScheme: 'dark' })
+  const page = await open('/', {
+    viewport: { width: 390, height: 844 },
+    hasTouch: true,
+    isMobile: true,
+    deviceScaleFactor: 2,
+    colorScheme: 'dark',
+  })
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390)
   const box = await boxOf(page)
   const session = await page.context().newCDPSession(page)
-  const touch = (type, ...points) => session.send('Input.dispatchTouchEvent', {
-    type, touchPoints: points.map(([x, y], id) => ({ id, x: box.x + x * box.width, y: box.y + y * box.height })) })
+  const touch = (type, ...points) =>
+    session.send('Input.dispatchTouchEvent', {
+      type,
+      touchPoints: points.map(([x, y], id) => ({ id, x: box.x + x * box.width, y: box.y + y * box.height })),
+    })
   await touch('touchStart', [0.5, 0.2])
   for (const y of [0.3, 0.5, 0.7]) await touch('touchMove', [0.5, y])
   await touch('touchEnd')
@@ -359,31 +418,5 @@ test('on a phone the light follows the finger, two fingers zoom, and nothing is 
   }
   withoutTrouble(page)
   await keep(page, 'phone-dark')
-  await close(page)
-})
-
-test('when the server goes away that is said with what to do, and when it comes back the studio goes on', async () => {
-  const page = await open()
-  await server.stop()
-  await drag(page, [0.5, 0.5], [0.9, 0.1])
-  await says(page, '^The server does not answer. Is it running\\? Trying again')
-  await server.start()
-  await rested(page)
-  await page.waitForSelector('#notice', { state: 'hidden' })
-  assert.match(await page.textContent('#timings'), /^final/)
-  await close(page)
-})
-
-test('a full server is waited for', async () => {
-  const page = await open()
-  let full = true
-  await page.route('**/v1/render', (route) => (full
-    ? route.fulfill({ status: 503, headers: { 'Retry-After': '1' }, body: '{"type":"/problems/queue-full","detail":"Too many are waiting."}' })
-    : route.continue()))
-  await drag(page, [0.5, 0.5], [0.7, 0.3])
-  await says(page, '^Too many are waiting')
-  full = false
-  await rested(page)
-  await page.waitForSelector('#notice', { state: 'hidden' })
   await close(page)
 })

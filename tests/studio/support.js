@@ -74,10 +74,10 @@ export async function openPage(browser, address, options) {
 export const rested = (page) => page.waitForSelector('#picture[aria-busy="false"]')
 export const message = async (page) => ((await page.isVisible('#notice')) ? page.textContent('#message') : '')
 export const says = (page, words) => page.waitForFunction((words) => new RegExp(words).test(document.getElementById('message').textContent), words)
-export const lightNow = (page) => page.locator('#picture [part~="handle"]').getAttribute('aria-valuetext')
 
 /** The newest final picture: {etag, scene as it was asked for, width}. */
 export async function finalFrame(page) {
+  await page.waitForFunction(() => globalThis.finalFrame)
   await rested(page)
   return page.evaluate(() => globalThis.finalFrame)
 }
