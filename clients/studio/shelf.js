@@ -10,29 +10,33 @@ const side = 144 // pixels of a thumbnail
 function thumbnailQueue(isIdle) {
   let waiting = []
   let running = false
+  let later = null
   async function next() {
+    clearTimeout(later)
     if (running || !waiting.length) return
-    if (!isIdle()) return void setTimeout(next, 120)
+    if (!isIdle()) return void (later = setTimeout(next, 120))
     running = true
     const { img, url } = waiting.shift()
-    if (img.isConnected && img.src !== url) {
-      const loaded = new Image()
-      loaded.src = url
-      await loaded.decode().then(
-        () => {
-          img.src = url
-          img.classList.add('there')
-        },
-        () => img.removeAttribute('src'),
-      )
-    }
+    if (img.isConnected) img.className = (await shown(img, url)) ? 'there' : ''
     running = false
     next()
   }
   return (img, url) => {
+    if (img.className) img.className = 'stale'
     waiting = [...waiting.filter((job) => job.img !== img), { img, url }]
     next()
   }
+}
+
+async function shown(img, url) {
+  const loaded = Object.assign(new Image(), { src: url })
+  const whole = await loaded.decode().then(
+    () => true,
+    () => false,
+  )
+  if (whole) img.src = url
+  else img.removeAttribute('src')
+  return whole
 }
 
 function card(title, { pressed = false, tip = null } = {}) {
