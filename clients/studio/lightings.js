@@ -23,6 +23,10 @@ const lightings = [
 /** Names of the lightings; the last one takes an environment. @param environment  id of an image, or nothing */
 export const lightingNames = (environment) => [...lightings.map(({ name }) => name), ...(environment ? ['Sky'] : [])]
 
+/** Whether the server takes the lights with the scene's material: samples are counted up to lights at a finite distance. */
+export const isPossible = ({ material, lights }) =>
+  material.illumination !== 'count' || lights.every(({ type }) => type === 'point')
+
 /** The scene under a lighting; what is lit from behind gets a back. */
 export function underLighting(scene, name, environment) {
   if (name === 'Sky') {

@@ -1,6 +1,6 @@
 // The shelf on the left: reliefs to open, looks to put on, surroundings to light with. Thumbnails are the server's own
 // pictures, which the browser's cache keeps by their ETag; they are asked for one after the other, and only while the hand rests.
-import { lightingNames, underLighting } from './lightings.js'
+import { isPossible, lightingNames, underLighting } from './lightings.js'
 import { overMap, same, shortened } from './scene.js'
 import { make } from './widgets.js'
 
@@ -116,18 +116,20 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
         return made
       }),
     )
-    const output = { ...catalogue.defaults.scene.output, ...small, background: store.scene.output.background }
-    for (const button of document.querySelectorAll('#lighting .card'))
-      button.setAttribute(
-        'aria-pressed',
-        String(same(underLighting(store.scene, button.dataset.name, sky).lights, store.scene.lights)),
-      )
+    const buttons = [...document.querySelectorAll('#lighting .card')]
+    for (const button of buttons) {
+      const scene = underLighting(store.scene, button.dataset.name, sky)
+      button.disabled = !isPossible(scene)
+      button.setAttribute('aria-pressed', String(same(scene.lights, store.scene.lights)))
+    }
     const { lights, ...look } = store.scene
     if (same(look, parts.under)) return
     parts.under = look
     clearTimeout(late)
     late = setTimeout(() => {
-      for (const button of document.querySelectorAll('#lighting .card')) {
+      const { exposure, tone, transfer, background } = store.scene.output
+      const output = { ...catalogue.defaults.scene.output, exposure, tone, transfer, background, ...small }
+      for (const button of buttons.filter(({ disabled }) => !disabled)) {
         const scene = underLighting({ ...store.scene, output }, button.dataset.name, sky)
         ask(button.querySelector('img'), client.url(shortened(scene, catalogue.defaults)))
       }

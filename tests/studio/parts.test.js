@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict'
 import test from 'node:test'
 import { allowed, readFields, spokenRange } from '../../clients/studio/fields.js'
+import { isPossible, lightingNames, underLighting } from '../../clients/studio/lightings.js'
 import { spokenFailure } from '../../clients/studio/failures.js'
 import { canRedo, canUndo, changed, redone, settled, startHistory, undone } from '../../clients/studio/history.js'
 import {
@@ -95,6 +96,13 @@ test('a soloed light shines alone, and another map takes the look but not what b
   assert.deepEqual(heldScene({ light: lights[0] }).lights, [lights[0]])
   assert.equal(newLight('directional', null, { color: '#ff0000', intensity: 3 }).intensity, 3)
   assert.equal(newLight('environment', 'e', { color: '#ff0000', intensity: 3 }).intensity, 'auto')
+})
+
+test('counted samples take no lights at infinity', () => {
+  const under = (illumination, name) => isPossible(underLighting({ base: 'none', material: { illumination } }, name, 'e'))
+  assert.deepEqual(['Left', 'Raking', 'Sky'].map((name) => under('count', name)), [true, false, false])
+  assert.deepEqual(['Left', 'Raking', 'Sky'].map((name) => under('length', name)), [true, true, true])
+  assert.deepEqual(lightingNames(null).includes('Sky'), false)
 })
 
 test('a light from behind is told by its place or its direction', () => {
