@@ -14,7 +14,7 @@ std::vector<Route> routes(const Limits& limits) {
     return {
         {"GET", "/", get_front_page},
         {"GET", "/docs", get_docs_page},
-        {"GET", "/page/{file}", get_page_file},
+        {"GET", "/studio/{file}", get_page_file},
         {"GET", "/relit.js", get_js_client},
         {"GET", "/relit-jobs.js", get_js_jobs},
         {"POST", "/v1/images", put_image, limits.max_image_bytes, "max-image-bytes"},
