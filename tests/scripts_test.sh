@@ -119,8 +119,8 @@ claim "a new header in RELIT_HTTPLIB_DIR is enough" is_silent
 : >"$APT_LOG"
 run "$tree/server/setup" --tests
 claim "with all packages there apt-get is not called" test ! -s "$APT_LOG"
-mkdir -p "$tree/tests/page" "$tree/tests/js"
-echo '{}' | tee "$tree/tests/page/package-lock.json" >"$tree/tests/js/package-lock.json"
+mkdir -p "$tree/tests/studio" "$tree/tests/js"
+echo '{}' | tee "$tree/tests/studio/package-lock.json" >"$tree/tests/js/package-lock.json"
 export NPM_LOG="$work/npm.log"
 printf '#!/bin/sh\necho "no registry" >&2\nexit 1\n' >"$work/bin/npm"
 chmod +x "$work/bin/npm"
@@ -135,7 +135,7 @@ END
 run "$tree/server/setup"
 claim "without --tests npm is not called" test ! -e "$NPM_LOG"
 run "$tree/server/setup" --tests
-claim "what the tests of the page list is installed there" grep -qx "ci $tree/tests/page" "$NPM_LOG"
+claim "what the tests of the studio list is installed there" grep -qx "ci $tree/tests/studio" "$NPM_LOG"
 claim "and what those of the modules list" grep -qx "ci $tree/tests/js" "$NPM_LOG"
 run "$tree/server/setup" --tests
 claim "once, until the list changes" test "$(wc -l <"$NPM_LOG")" = 2

@@ -33,7 +33,7 @@ void count_masked(const HeightField& field, FileInfo& info) {
 // Of the texels that have a height; the field's numbers are the file's own unless it says otherwise.
 HeightRange height_range(const HeightField& field) {
     if (field.rescaled_from) return *field.rescaled_from;
-    const std::vector<float>& heights = field.heights.values;
+    const Texels& heights = field.heights.values;
     HeightRange range{1, 0};
     for (std::size_t k = 0; k < heights.size(); ++k)
         if (field.no_height.empty() || !field.no_height[k])

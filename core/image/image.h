@@ -5,7 +5,8 @@
 #include <cassert>
 #include <cstddef>
 #include <span>
-#include <vector>
+
+#include "core/image/large_pages.h"
 
 namespace relit {
 
@@ -16,7 +17,7 @@ struct Image {
     int width = 0;
     int height = 0;
     int channels = 1;
-    std::vector<float> values;  ///< width * height * channels
+    Texels values;  ///< width * height * channels
 
     Image() = default;
     Image(int w, int h, int c, float fill = 0.0f)

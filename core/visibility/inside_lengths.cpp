@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/image/large_pages.h"
 #include "core/visibility/inside_length.h"
 
 namespace relit {
@@ -14,7 +15,6 @@ namespace {
 using kernels::Bounds;
 
 constexpr int margin = kernels::grid_margin;
-constexpr int line = 16;  // floats of a line of the cache
 constexpr int block = Solid::block_size;
 
 // A height with the mask in its lowest bit.
@@ -27,6 +27,10 @@ bool is_material(const Solid& solid, int u, int v) {
     const unsigned cover = solid.cover[std::size_t(j) * (solid.width + 1) + i];
     return cover >> ((u - i) + 2 * (v - j)) & 1;
 }
+
+struct FreeTexels {
+    void operator()(float* memory) const noexcept { free_texels(memory); }
+};
 
 void merge(Bounds& a, const Bounds& b) {
     a.top = std::max(a.top, b.top);
@@ -63,8 +67,7 @@ Vec3 start_of(const Solid& solid, const RayTile& tile, int k) {
 }  // namespace
 
 struct PacketSolid::Copy {
-    std::unique_ptr<float[]> memory;
-    float* z = nullptr;  // grid point (0, 0)
+    std::unique_ptr<float[], FreeTexels> memory;  // unlike a vector's never written twice
     std::vector<Bounds> near, far;
     std::vector<float> bend;
     kernels::Grid grid;
@@ -77,11 +80,9 @@ struct PacketSolid::Copy {
         // An odd number of cache lines: columns of a power of two would share the same few sets.
         grid.pitch = (margin + points_across + 2 * kernels::grid_window + 15) / 16 * 16;
         if (grid.pitch / 16 % 2 == 0) grid.pitch += 16;
-        std::size_t space = (std::size_t(grid.pitch) * points_down + line) * sizeof(float);
-        memory = std::make_unique_for_overwrite<float[]>(space / sizeof(float));
-        void* start = memory.get();
-        z = static_cast<float*>(std::align(line * sizeof(float), line, start, space)) + margin;
-        grid.z = z;
+        memory.reset(static_cast<float*>(
+            allocate_texels(std::size_t(grid.pitch) * points_down * sizeof(float))));
+        grid.z = memory.get() + margin;
         fill_heights(solid, exchanged, executor);
         fill_bounds(solid, exchanged);
         fill_bend(executor);
@@ -173,7 +174,7 @@ struct PacketSolid::Copy {
                (near.size() + far.size()) * sizeof(Bounds) + bend.size() * sizeof(float);
     }
 
-    float* row(int v) { return z + std::size_t(v) * grid.pitch; }
+    float* row(int v) { return memory.get() + margin + std::size_t(v) * grid.pitch; }
 };
 
 PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd)

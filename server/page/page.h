@@ -1,5 +1,5 @@
 // The pages for people: `/` to try reliefs and lights, `/docs` to read the interface; and the
-// modules for pages of others. Their files (clients/page, clients/js) are in the program, so that
+// modules for pages of others. Their files (clients/studio, clients/js) are in the program, so that
 // they work wherever it runs and ask nothing of any other host.
 #pragma once
 

@@ -14,7 +14,7 @@ std::vector<Route> routes(const Limits& limits) {
     return {
         {"GET", "/", get_front_page, Scope::open},
         {"GET", "/docs", get_docs_page, Scope::open},
-        {"GET", "/page/{file}", get_page_file, Scope::open},
+        {"GET", "/studio/{file}", get_page_file, Scope::open},
         {"GET", "/relit.js", get_js_client, Scope::open},
         {"GET", "/relit-jobs.js", get_js_jobs, Scope::open},
         {"POST", "/v1/images", put_image, Scope::render, limits.max_image_bytes, "max-image-bytes"},

@@ -10,11 +10,17 @@
 // texels, PSNR, mean, 99.9 % and maximum of the difference.
 #include <benchmark/benchmark.h>
 
+#include <time.h>
+
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <stop_token>
+#include <thread>
 
 #include "core/base/angle.h"
+#include "core/base/error.h"
 #include "core/field/normals.h"
 #include "core/render/render.h"
 #include "core/shade/factors.h"
@@ -198,6 +204,50 @@ void relit_picture(benchmark::State& state) {
         benchmark::DoNotOptimize(render(scene, {}, {.executor = executor, .cache = &cache}));
 }
 
+double cpu_seconds() {
+    timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+// Processor time that a picture in the middle of its render takes after it was cancelled, as when a
+// newer frame of a drag comes.
+void relit_superseded(benchmark::State& state) {
+    const Setting setting(state);
+    Scene scene = bench_scene(setting);
+    HeightField field = terrain_of(state);
+    field.key = field.shape_key = "map";
+    scene.field = test::shared(std::move(field));
+    const Executor executor(setting.threads);
+    SharedCache cache(std::uint64_t(1) << 32);
+    const auto begun = std::chrono::steady_clock::now();
+    for (int k = 0; k < 2; ++k)
+        benchmark::DoNotOptimize(render(scene, {}, {.executor = executor, .cache = &cache}));
+    const auto half = (std::chrono::steady_clock::now() - begun) / 8;  // the first one prepares
+    double worst = 0;
+    for (auto _ : state) {
+        std::stop_source source;
+        double stopped = 0;
+        std::thread newer([&] {
+            std::this_thread::sleep_for(half);
+            stopped = cpu_seconds();
+            source.request_stop();
+        });
+        try {
+            const RenderControl control{
+                .executor = executor, .stop = source.get_token(), .cache = &cache};
+            benchmark::DoNotOptimize(render(scene, {}, control));
+        } catch (const Error&) {  // cancelled
+        }
+        const double ended = cpu_seconds();
+        newer.join();
+        const double spent = source.stop_requested() ? std::max(0.0, ended - stopped) : 0.0;
+        state.SetIterationTime(spent);
+        worst = std::max(worst, spent);
+    }
+    state.counters["worst_ms"] = 1e3 * worst;
+}
+
 void settings(benchmark::internal::Benchmark* bench) {
     bench->ArgsProduct({{512, 1024, 2048}, {60, 30, 8}, {1, 2}})
         ->ArgNames({"size", "deg", "threads"})
@@ -216,6 +266,12 @@ BENCHMARK(relit_normal_offset)->Apply(settings);
 BENCHMARK(relit_cold)->Apply(settings);
 BENCHMARK(relit_rough)->Apply(settings);
 BENCHMARK(relit_picture)->Apply(settings);
+BENCHMARK(relit_superseded)
+    ->ArgsProduct({{1024, 2048}, {30, 8}, {2}})
+    ->ArgNames({"size", "deg", "threads"})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(50)
+    ->UseManualTime();
 
 }  // namespace
 }  // namespace relit::bench

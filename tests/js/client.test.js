@@ -6,7 +6,7 @@ import { once } from 'node:events'
 import { after, before, test } from 'node:test'
 import { Relit, RelitError } from '../../clients/js/relit.js'
 import { Batch, submit } from '../../clients/js/relit-jobs.js'
-import { startServer } from '../page/support.js'
+import { startServer } from '../studio/support.js'
 import { plato } from './site.js'
 
 let server

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { cpus, loadavg } from 'node:os'
 import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../page/support.js'
+import { startBrowser, startServer } from '../studio/support.js'
 import { boxOf, openSite, rested } from './pages.js'
 import { plato, startSite } from './site.js'
 

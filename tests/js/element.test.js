@@ -3,7 +3,7 @@ import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../page/support.js'
+import { startBrowser, startServer } from '../studio/support.js'
 import { boxOf, brightness, light, openSite, rested } from './pages.js'
 import { plato, startProxy, startSite } from './site.js'
 

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startServer } from '../page/support.js'
+import { openPage, startBrowser, startServer } from '../studio/support.js'
 import { startSite } from './site.js'
 
 const written = 'http://127.0.0.1:8080'

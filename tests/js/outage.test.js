@@ -1,7 +1,7 @@
 // <relit-image> while its server is away, and when it is back. Names are claims.
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../page/support.js'
+import { startBrowser, startServer } from '../studio/support.js'
 import { boxOf, openSite, rested } from './pages.js'
 import { plato, startSite } from './site.js'
 

@@ -1,6 +1,6 @@
 // Pages of another origin with one <relit-image>, and what their tests look at.
 import assert from 'node:assert/strict'
-import { openPage } from '../page/support.js'
+import { openPage } from '../studio/support.js'
 
 // Runs in the page: what the element tells, as plain numbers. `shown` is in displayed frames.
 const watching = `

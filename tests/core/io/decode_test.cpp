@@ -15,7 +15,7 @@ namespace relit {
 namespace {
 
 using namespace relit::test;
-using Floats = std::vector<float>;
+using Floats = Texels;
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 

@@ -257,7 +257,7 @@ TEST(Routes, OpenIsHealthPagesAndTheDescriptionAndNothingElse) {
         }
     }
     EXPECT_EQ(open,
-              (std::set<std::string>{"/", "/docs", "/page/{file}", "/relit.js", "/relit-jobs.js",
+              (std::set<std::string>{"/", "/docs", "/studio/{file}", "/relit.js", "/relit-jobs.js",
                                      "/v1/version", "/openapi.json", "/healthz", "/readyz"}));
     EXPECT_EQ(admins, (std::set<std::string>{"DELETE /v1/images/{id}", "GET /metrics"}));
 }

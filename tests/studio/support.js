@@ -49,7 +49,7 @@ export function startBrowser() {
  * Renders that the page itself has given up are no failure.
  */
 export async function openPage(browser, address, options) {
-  const context = await browser.newContext({ viewport: { width: 1000, height: 720 }, ...options })
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options })
   const page = await context.newPage()
   page.setDefaultTimeout(10_000)
   page.troubles = []
@@ -63,18 +63,35 @@ export async function openPage(browser, address, options) {
     const error = request.failure().errorText
     if (error !== 'net::ERR_ABORTED') page.troubles.push(`${request.url()}: ${error}`)
   })
+  await page.addInitScript(() => addEventListener('relit-frame', ({ detail: { final, etag, scene, width } }) => {
+    if (final) globalThis.finalFrame = { etag, scene, width }
+  }))
   await page.goto(address)
   return page
 }
 
 /** The final picture is there, or the page says why not. */
-export const rested = (page) => page.waitForSelector('#stage[aria-busy="false"]')
-export const message = (page) => page.textContent('#message')
-export const lightNow = (page) => page.getAttribute('#light', 'aria-valuetext')
+export const rested = (page) => page.waitForSelector('#picture[aria-busy="false"]')
+export const message = async (page) => ((await page.isVisible('#notice')) ? page.textContent('#message') : '')
+export const says = (page, words) => page.waitForFunction((words) => new RegExp(words).test(document.getElementById('message').textContent), words)
+
+/** The newest final picture: {etag, scene as it was asked for, width}. */
+export async function finalFrame(page) {
+  await page.waitForFunction(() => globalThis.finalFrame)
+  await rested(page)
+  return page.evaluate(() => globalThis.finalFrame)
+}
+/** The scene in the address, whole. */
+export async function sceneNow(page, address) {
+  await page.waitForTimeout(450) // the address follows once the scene rests
+  const scene = Buffer.from(new URL(page.url()).hash.slice('#scene='.length), 'base64url').toString()
+  const { light, ...whole } = await (await fetch(address + '/v1/scene', { method: 'POST', body: scene, headers: { 'Content-Type': 'application/json' } })).json()
+  return light ? { ...whole, lights: [light] } : whole
+}
 
 /** What the picture shows, as [left, right, top, bottom]: mean brightness of its halves, 0 to 255. */
 export const halves = (page) => page.evaluate(() => {
-  const picture = document.getElementById('picture')
+  const picture = document.getElementById('picture').shadowRoot.querySelector('canvas')
   const copy = Object.assign(document.createElement('canvas'), { width: 64, height: 64 })
   const context = copy.getContext('2d')
   context.drawImage(picture, 0, 0, 64, 64)
@@ -90,7 +107,7 @@ export const halves = (page) => page.evaluate(() => {
   return sums
 })
 
-export const boxOf = (page) => page.locator('#frame').boundingBox()
+export const boxOf = (page) => page.locator('#picture').boundingBox()
 
 /** Drags with the mouse from one place of the picture to another, both as shares of its size. */
 export async function drag(page, from, to) {

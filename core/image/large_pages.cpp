@@ -1,0 +1,33 @@
+#include "core/image/large_pages.h"
+
+#include <cstdlib>
+#include <new>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace relit {
+namespace {
+
+constexpr std::size_t line = 64;
+constexpr std::size_t large_page = std::size_t(2) << 20;
+constexpr std::size_t worth_large_pages = 4 * large_page;
+
+}  // namespace
+
+void* allocate_texels(std::size_t size_bytes) {
+    const std::size_t alignment = size_bytes < worth_large_pages ? line : large_page;
+    const std::size_t size = (size_bytes + alignment - 1) / alignment * alignment;
+    void* memory = size < size_bytes ? nullptr : std::aligned_alloc(alignment, size);
+    if (!memory) throw std::bad_alloc();
+#if defined(__linux__)
+    // Advice: where it cannot be had, pages are small.
+    if (alignment == large_page) madvise(memory, size, MADV_HUGEPAGE);
+#endif
+    return memory;
+}
+
+void free_texels(void* memory) noexcept { std::free(memory); }
+
+}  // namespace relit
