@@ -13,6 +13,9 @@
 namespace relit::server {
 namespace {
 
+// OpenImageIO asks for 64 MB to read scanlines of any size.
+constexpr std::size_t least_decode_memory = 128u << 20;
+
 constexpr std::string_view variables_of_others[] = {"RELIT_DATA", "RELIT_HTTPLIB_DIR"};
 
 std::filesystem::path default_data_dir() {
@@ -140,6 +143,11 @@ void add_settings(CLI::App& app, Config& config) {
     add_batch_settings(app, limits);
     setting(app, "--max-decodes", limits.max_decodes, "Uploads decoded at once")
         ->check(CLI::Range(1, 1024));
+    setting(app, "--decode-workers", limits.decode_workers,
+            "Processes that decode the images of uploads, renders and batches")
+        ->check(CLI::Range(1, 1024));
+    size_setting(app, "--max-decode-memory", limits.max_decode_memory_bytes,
+                 "Memory of each of them", least_decode_memory);
 
     size_setting(app, "--max-head-bytes", limits.max_head_bytes,
                  "Request line and headers together");
@@ -170,6 +178,7 @@ void add_settings(CLI::App& app, Config& config) {
     time_setting(app, "--write-timeout", limits.write_timeout, "Longest pause within a reply");
     size_setting(app, "--min-bytes-per-second", limits.min_bytes_per_second,
                  "Slowest transfer of a body or reply, after write-timeout");
+    time_setting(app, "--decode-timeout", limits.decode_timeout, "For decoding one image");
     time_setting(app, "--render-timeout", limits.render_timeout,
                  "From a request to its picture, queue included");
     time_setting(app, "--stop-timeout", limits.stop_timeout,
