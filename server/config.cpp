@@ -15,6 +15,9 @@
 namespace relit::server {
 namespace {
 
+// OpenImageIO asks for 64 MB to read scanlines of any size.
+constexpr std::size_t least_decode_memory = 128u << 20;
+
 constexpr std::string_view variables_of_others[] = {"RELIT_API_KEY", "RELIT_DATA",
                                                     "RELIT_HTTPLIB_DIR"};
 
@@ -175,6 +178,11 @@ void add_settings(CLI::App& app, Config& config) {
     add_batch_settings(app, limits);
     setting(app, "--max-decodes", limits.max_decodes, "Uploads decoded at once")
         ->check(CLI::Range(1, 1024));
+    setting(app, "--decode-workers", limits.decode_workers,
+            "Processes that decode the images of uploads, renders and batches")
+        ->check(CLI::Range(1, 1024));
+    size_setting(app, "--max-decode-memory", limits.max_decode_memory_bytes,
+                 "Memory of each of them", least_decode_memory);
 
     size_setting(app, "--max-head-bytes", limits.max_head_bytes,
                  "Request line and headers together");
@@ -207,6 +215,7 @@ void add_settings(CLI::App& app, Config& config) {
                  "Slowest transfer of a body or reply, after write-timeout");
     time_setting(app, "--transfer-timeout", limits.transfer_timeout,
                  "Longest time of a body, or of a reply, in all");
+    time_setting(app, "--decode-timeout", limits.decode_timeout, "For decoding one image");
     time_setting(app, "--render-timeout", limits.render_timeout,
                  "From a request to its picture, queue included");
     time_setting(app, "--stop-timeout", limits.stop_timeout,

@@ -44,6 +44,7 @@ inline constexpr std::string_view storage_full = "storage-full";
 inline constexpr std::string_view storage_failed = "storage-failed";
 inline constexpr std::string_view batches_unavailable = "batches-unavailable";
 inline constexpr std::string_view worker_lost = "worker-lost";  ///< a frame took its worker along
+inline constexpr std::string_view too_costly = "too-costly";    ///< legal, but beyond a stated cost
 inline constexpr std::string_view internal = "internal";
 
 }  // namespace relit::error_code

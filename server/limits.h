@@ -11,6 +11,12 @@
 
 namespace relit::server {
 
+/// Of one JSON text: its tree takes far more memory than its bytes.
+struct JsonLimits {
+    int max_depth = 64;          ///< levels of objects and lists
+    int max_values = 2'000'000;  ///< numbers, strings, objects, lists, ...
+};
+
 struct Limits {
     // What a request may bring.
     std::size_t max_head_bytes = 32 << 10;  ///< request line and headers
@@ -19,13 +25,18 @@ struct Limits {
     std::size_t max_image_bytes = 256u << 20;      ///< one image file
     std::size_t max_body_bytes = 320u << 20;       ///< any body, all parts of a form together
     std::size_t max_body_memory_bytes = 1u << 30;  ///< bodies of all requests in flight
+    JsonLimits json;                               ///< settings max-json-depth, max-json-values
     int max_parts = 80;                            ///< of a multipart/form-data body
 
     // What images and scenes may ask for.
     std::int64_t max_image_pixels = 64LL << 20;
+    std::int64_t max_interlaced_pixels = 32LL << 20;  ///< of files that a decoder holds whole
+    int max_image_side = 32768;
     std::int64_t max_environment_pixels = 32LL << 20;
     std::int64_t max_output_pixels = 64LL << 20;
     int max_lights = 64;
+    /// Texels times samples of light, about 45 ns of a thread each (scene_cost.h): some minutes.
+    std::int64_t max_scene_cost = 10'000'000'000;
 
     // What is kept.
     std::size_t max_storage_bytes = 10ull << 30;  ///< all stored images; old ones go for new ones
@@ -51,8 +62,9 @@ struct Limits {
     int max_address_connections = 0;     ///< of one address, waiting ones included; 0: any number
     int max_renders = 0;                 ///< 0: one for every two threads
     int max_queue = 64;  ///< renders that wait, and apart from them uploads that wait to be decoded
-    int max_decodes =
-        1;  ///< uploads checked at once: each may take three times its pixels in memory
+    int max_decodes = 1;     ///< uploads checked at once; each takes one of decode_workers
+    int decode_workers = 2;  ///< processes that decode, one image at a time each
+    std::size_t max_decode_memory_bytes = 1536u << 20;  ///< of each, beyond its program
 
     // How much a client may ask for: the one with a key, or an address.
     int rate_limit = 0;    ///< requests a second; 0: any number
@@ -66,6 +78,7 @@ struct Limits {
     std::size_t min_bytes_per_second =
         32 << 10;  ///< of a body or reply, on average, after write_timeout
     std::chrono::seconds transfer_timeout{600};  ///< a request's body, or a reply, in all
+    std::chrono::seconds decode_timeout{30};     ///< of one image, once it has a process
     std::chrono::seconds render_timeout{60};     ///< from the arrival of a request to its picture
     std::chrono::seconds stop_timeout{20};  ///< for the requests under way when the server stops
 
@@ -79,7 +92,8 @@ struct Limits {
 [[nodiscard]] inline DecodeLimits decode_limits(const Limits& limits) {
     DecodeLimits decode;
     decode.max_pixels = limits.max_image_pixels;
-    decode.max_interlaced_pixels = std::min(decode.max_interlaced_pixels, limits.max_image_pixels);
+    decode.max_interlaced_pixels = std::min(limits.max_interlaced_pixels, limits.max_image_pixels);
+    decode.max_side = limits.max_image_side;
     return decode;
 }
 

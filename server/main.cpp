@@ -16,6 +16,8 @@
 
 #include "core/base/standard_files.h"
 #include "server/config.h"
+#include "server/decoding/decode_helper.h"
+#include "server/decoding/decode_pool.h"
 #include "server/http/server.h"
 #include "server/routes/images.h"
 #include "server/routes/routes.h"
@@ -138,11 +140,18 @@ int serve_until_stopped(Server& server, Batches& batches, int signals, const Con
 int run(const Config& config, int signals) {
     const Limits& limits = config.limits;
     const std::string warning = check_who_may_reach_it(config);
+    Metrics metrics;
+    DecodePool pool({.workers = limits.decode_workers,
+                     .timeout = limits.decode_timeout,
+                     .memory_bytes = limits.max_decode_memory_bytes,
+                     .limits = decode_limits(limits)},
+                    metrics);
     std::vector<BuiltIn> shipped;
     for (const Sample& sample : samples()) shipped.push_back({sample.id, sample.bytes});
-    ImageStore images(config.data_dir, {.decode = decode_limits(limits),
-                                        .max_bytes = limits.max_storage_bytes,
-                                        .built_in = std::move(shipped)});
+    ImageStore images(config.data_dir,
+                      {.read_info = [&](std::string_view bytes) { return pool.check(bytes, {}); },
+                       .max_bytes = limits.max_storage_bytes,
+                       .built_in = std::move(shipped)});
     check_streams(limits);
     Executor executor(config.threads);
     check_batch_renders(limits, executor.threads());
@@ -150,8 +159,8 @@ int run(const Config& config, int signals) {
                          .max_waiting = limits.max_queue});
     RenderSlots decodes({.max_running = limits.max_decodes, .max_waiting = limits.max_queue});
     SharedCache cache(limits.max_cache_bytes);
-    Metrics metrics;
     Batches batches(config.data_dir / "batches", {.images = images,
+                                                  .decoder = pool.decoder(),
                                                   .cache = cache,
                                                   .renders = renders,
                                                   .metrics = metrics,
@@ -166,6 +175,7 @@ int run(const Config& config, int signals) {
                       cache,
                       metrics,
                       limits,
+                      pool.decoder(),
                       config.cors,
                       config.data_dir,
                       config.simd,
@@ -192,6 +202,8 @@ int run(const Config& config, int signals) {
 int main(int argc, char** argv) {
     using namespace relit::server;
     relit::hold_standard_files();
+    if (argc == 2 && std::string_view(argv[1]) == decode_helper_argument)
+        return run_decode_helper();
     const auto [config, exit_status] = read_config(argc, argv, environ, std::cout, std::cerr);
     if (exit_status) return *exit_status;
     const int signals = block_stop_signals();

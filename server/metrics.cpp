@@ -88,6 +88,17 @@ void write_renders(std::string& text, const Metrics& metrics) {
                      metrics.renders[i].load());
 }
 
+void write_decodes(std::string& text, const Metrics& metrics) {
+    write_head(text, "relit_decodes_total", "counter",
+               "Images given to a decoding process, by how that ended.");
+    for (std::size_t i = 0; i < decode_result_names.size(); ++i)
+        write_sample(text, "relit_decodes_total", {{"result", std::string(decode_result_names[i])}},
+                     metrics.decodes[i].load());
+    write_head(text, "relit_decode_seconds", "histogram",
+               "Time to decode an image, with the wait for a process.");
+    write_histogram(text, "relit_decode_seconds", metrics.decode_times, {});
+}
+
 }  // namespace
 
 void Histogram::observe(std::chrono::duration<double> time) {
@@ -113,6 +124,7 @@ std::string metrics_text(const Metrics& metrics, std::string_view version,
     write_sample(text, "relit_build_info", {{"version", std::string(version)}}, 1);
     write_http(text, metrics);
     write_renders(text, metrics);
+    write_decodes(text, metrics);
     write_head(text, "relit_batch_frames_total", "counter", "Frames of batches that have ended.");
     for (std::size_t i = 0; i < 2; ++i)
         write_sample(text, "relit_batch_frames_total", {{"result", i == 0 ? "done" : "failed"}},

@@ -102,6 +102,12 @@ enum class RenderResult { done, cancelled, timed_out, superseded, failed };
 inline constexpr std::array<std::string_view, 5> render_result_names = {
     "done", "cancelled", "timed_out", "superseded", "failed"};
 
+/// How an image's decoding ended. `crashed`: without an answer; `abandoned`: nobody waited any longer;
+/// `failed`: there was no process for it.
+enum class DecodeResult { done, refused, too_costly, crashed, abandoned, failed };
+inline constexpr std::array<std::string_view, 6> decode_result_names = {
+    "done", "refused", "too_costly", "crashed", "abandoned", "failed"};
+
 /// Bytes of all connections, heads included.
 struct Traffic {
     Count received{0};
@@ -115,6 +121,8 @@ struct Metrics {
     std::array<Histogram, render_stage_names.size()> stage_times;  ///< by RenderStage
     std::array<Count, render_result_names.size()> renders{};       ///< by RenderResult
     std::array<Count, 2> batch_frames{};                           ///< done, failed
+    std::array<Count, decode_result_names.size()> decodes{};       ///< by DecodeResult
+    Histogram decode_times;                                        ///< of those that are done
     Count rendered_pixels{0};
     Traffic traffic;
     std::atomic<int> connections{0};          ///< open now, each with a thread
@@ -122,6 +130,7 @@ struct Metrics {
     Count refused_connections{0};             ///< for which there was no place in line
 
     void count(RenderResult result) { ++renders[std::size_t(result)]; }
+    void count(DecodeResult result) { ++decodes[std::size_t(result)]; }
     void observe(RenderStage stage, std::chrono::duration<double> time) {
         stage_times[std::size_t(stage)].observe(time);
     }

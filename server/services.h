@@ -8,6 +8,7 @@
 #include "core/base/shared_cache.h"
 #include "core/base/simd.h"
 #include "server/access/access.h"
+#include "server/decoding/image_decoder.h"
 #include "server/http/cors.h"
 #include "server/jobs/batches.h"
 #include "server/jobs/render_slots.h"
@@ -21,11 +22,12 @@ struct Services {
     ImageStore& images;
     RenderSlots& renders;  ///< who may render, and who waits
     Batches& batches;
-    RenderSlots& decodes;  ///< who may decode an upload: one image is three times its pixels in memory
+    RenderSlots& decodes;  ///< who may have an upload decoded, and who waits
     Executor& executor;
     SharedCache& cache;  ///< decoded maps, and what is made of them, that requests share
     Metrics& metrics;
     Limits limits;
+    ImageDecoder decoder;               ///< of everything that comes from outside
     CorsPolicy cors;                    ///< which pages of other origins may read replies
     std::filesystem::path data_dir;     ///< has to be writable for /readyz
     Simd simd = best_simd();            ///< what renders run on; pictures are the same with any

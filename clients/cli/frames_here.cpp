@@ -61,7 +61,8 @@ private:
         const auto find = [&](const server::ImageSource& source) {
             return images_.get(source.text).bytes;
         };
-        const Scene scene = server::load_scene(description, find, limits_here(), executor, cache_);
+        const Scene scene =
+            server::load_scene(description, find, decode_here, limits_here(), executor, cache_);
         return server::picture_file(scene, description, frame.scene,
                                     {.executor = executor, .cache = &cache_})
             .bytes;

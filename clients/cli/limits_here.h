@@ -3,7 +3,9 @@
 #pragma once
 
 #include <limits>
+#include <string_view>
 
+#include "core/io/decode.h"
 #include "server/limits.h"
 
 namespace relit::cli {
@@ -17,6 +19,11 @@ namespace relit::cli {
     limits.max_lights = 1'000'000;
     limits.max_batch_frames = 1'000'000;
     return limits;
+}
+
+/// A file of the caller's own, decoded in this process.
+[[nodiscard]] inline DecodedImage decode_here(std::string_view bytes) {
+    return decode(bytes, server::decode_limits(limits_here()));
 }
 
 }  // namespace relit::cli

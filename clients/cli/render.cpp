@@ -22,7 +22,7 @@ Scene load_here(const SceneJob& job, const Executor& executor, Progress& progres
     };
     try {
         SharedCache once(0);  // nobody asks again
-        return server::load_scene(job.scene, find, limits_here(), executor, once);
+        return server::load_scene(job.scene, find, decode_here, limits_here(), executor, once);
     } catch (const Error& e) {
         const std::string name = image_name(job.scene, job.images, e.pointer);
         if (name.empty()) throw;

@@ -36,11 +36,13 @@ Image alpha_channel(const Image& stored) {
     return map_texels(stored, 1, [last](const float* in, float* out) { out[0] = in[last]; });
 }
 
-void divide_by_alpha(Image& stored) {
-    assert(stored.channels == 2 || stored.channels == 4);
-    const int alpha = stored.channels - 1;
-    for (std::size_t i = 0; i < stored.values.size(); i += std::size_t(stored.channels)) {
-        float* texel = stored.values.data() + i;
+void divide_by_alpha(Image& stored) { divide_by_alpha(stored.values, stored.channels); }
+
+void divide_by_alpha(std::span<float> values, int channels) {
+    assert(channels == 2 || channels == 4);
+    const int alpha = channels - 1;
+    for (std::size_t i = 0; i < values.size(); i += std::size_t(channels)) {
+        float* texel = values.data() + i;
         if (!(texel[alpha] > 0)) continue;
         for (int c = 0; c < alpha; ++c) texel[c] /= texel[alpha];
     }

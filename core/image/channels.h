@@ -2,6 +2,8 @@
 // 1 to 4 channels.
 #pragma once
 
+#include <span>
+
 #include "core/image/image.h"
 
 namespace relit {
@@ -17,6 +19,9 @@ namespace relit {
 /// Colour that was stored multiplied by alpha, divided by it, in place. Texels of alpha 0 stay: they
 /// emit. @pre has alpha (asserted)
 void divide_by_alpha(Image& stored);
+
+/// The same of the numbers of an image of 2 or 4 channels.
+void divide_by_alpha(std::span<float> values, int channels);
 
 /// Three channels: colour, or grey three times. Alpha is left out.
 [[nodiscard]] Image rgb_channels(const Image& stored, bool has_alpha);

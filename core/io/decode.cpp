@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <memory>
 #include <new>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <OpenImageIO/filesystem.h>
@@ -57,16 +59,19 @@ void check_limits(const FileHeader& header, const DecodeLimits& limits, FileForm
 
 // --- The reader ----------------------------------------------------------------------------------
 
+std::unique_ptr<OIIO::ImageInput> reader_of(FileFormat format) {
+    configure_openimageio();
+    return OIIO::ImageInput::create(format == FileFormat::exr ? "openexr"
+                                                              : std::string(name_of(format)));
+}
+
 // One opened file. Errors of OpenImageIO are taken from it and dropped: they name files and
 // functions, and it prints what nobody fetched.
 class Reader {
 public:
     Reader(std::string_view bytes, FileFormat format)
         : format_(format), memory_(bytes.data(), bytes.size()) {
-        configure_openimageio();
-        const std::string plugin =
-            format == FileFormat::exr ? "openexr" : std::string(name_of(format));
-        input_ = OIIO::ImageInput::create(plugin);
+        input_ = reader_of(format);
         if (!input_) throw_unsupported(format_, "any content");  // built without that reader
         OIIO::ImageSpec config;
         OIIO::Filesystem::IOProxy* proxy = &memory_;
@@ -184,40 +189,63 @@ void check_planes(const OIIO::ImageSpec& spec, FileFormat format) {
         throw_unsupported(format, "separate planes in compressed strips of more than 1 MB");
 }
 
-// The result grows as rows arrive, so that a file which claims much and holds little costs little.
-void read_all_rows(Reader& reader, SampleType type, const Conversion& conversion, Image& image) {
+// The image grows as rows arrive, so that a file which claims much and holds little costs little.
+class GrowingImage {
+public:
+    GrowingImage(const ImageInfo& info, const TexelRoom& room) : info_(info), room_(room) {}
+
+    void grow_to(int rows) { first_ = room_(info_, row_values() * std::size_t(rows)); }
+    [[nodiscard]] float* at(int x, int y) const {
+        return first_ + row_values() * std::size_t(y) +
+               std::size_t(x) * std::size_t(info_.channels);
+    }
+    [[nodiscard]] std::span<float> values() const {
+        return {first_, row_values() * std::size_t(info_.height)};
+    }
+
+private:
+    [[nodiscard]] std::size_t row_values() const {
+        return std::size_t(info_.width) * std::size_t(info_.channels);
+    }
+    const ImageInfo& info_;
+    const TexelRoom& room_;
+    float* first_ = nullptr;
+};
+
+void read_all_rows(Reader& reader, SampleType type, const Conversion& conversion,
+                   GrowingImage& image) {
     const OIIO::ImageSpec& spec = reader.spec();
     const int step = rows_at_once(spec);
-    const std::size_t row_values = std::size_t(image.width) * image.channels;
     std::vector<std::byte> stored(spec.scanline_bytes(true) * std::size_t(step));
-    for (int y = 0; y < image.height; y += step) {
-        const int end = std::min(y + step, image.height);
+    for (int y = 0; y < spec.height; y += step) {
+        const int end = std::min(y + step, spec.height);
         reader.read_rows(y, end, stored.data());
-        image.values.resize(row_values * std::size_t(end));
-        convert_texels(stored.data(), type, std::size_t(image.width) * std::size_t(end - y),
-                       conversion, image.row(y).data());
+        image.grow_to(end);
+        convert_texels(stored.data(), type, std::size_t(spec.width) * std::size_t(end - y),
+                       conversion, image.at(0, y));
     }
 }
 
-void read_all_tiles(Reader& reader, SampleType type, const Conversion& conversion, Image& image) {
+void read_all_tiles(Reader& reader, SampleType type, const Conversion& conversion,
+                    GrowingImage& image) {
     const OIIO::ImageSpec& spec = reader.spec();
-    const std::size_t row_values = std::size_t(image.width) * image.channels;
     std::vector<std::byte> stored(spec.tile_bytes(true));
-    for (int top = 0; top < image.height; top += spec.tile_height) {
-        const int rows = std::min(spec.tile_height, image.height - top);
-        for (int left = 0; left < image.width; left += spec.tile_width) {
-            const int columns = std::min(spec.tile_width, image.width - left);
+    for (int top = 0; top < spec.height; top += spec.tile_height) {
+        const int rows = std::min(spec.tile_height, spec.height - top);
+        for (int left = 0; left < spec.width; left += spec.tile_width) {
+            const int columns = std::min(spec.tile_width, spec.width - left);
             reader.read_tile(left, top, stored.data());
-            image.values.resize(row_values * std::size_t(top + rows));
+            image.grow_to(top + rows);
             for (int y = 0; y < rows; ++y)
                 convert_texels(
                     stored.data() + std::size_t(y) * spec.tile_width * spec.pixel_bytes(true), type,
-                    std::size_t(columns), conversion, &image.at(left, top + y));
+                    std::size_t(columns), conversion, image.at(left, top + y));
         }
     }
 }
 
-DecodedImage read_texels(std::string_view bytes, const FileHeader& header, FileFormat format) {
+ImageInfo read_texels(std::string_view bytes, const FileHeader& header, FileFormat format,
+                      const TexelRoom& room) {
     Reader reader(header.stripped.empty() ? bytes : header.stripped, format);
     const OIIO::ImageSpec& spec = reader.spec();
     check_agreement(spec, header, format);
@@ -229,34 +257,51 @@ DecodedImage read_texels(std::string_view bytes, const FileHeader& header, FileF
     const bool invert = header.min_is_white && spec.format != OIIO::TypeDesc::UINT8;
     const Conversion conversion{spec.nchannels, map, invert, header.no_data};
 
-    DecodedImage decoded;
     const bool associated = map.has_alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha");
     // WebP stores plain colour; it is the reader that multiplies it, whatever it is told.
     const bool multiplied_by_reader = associated && format == FileFormat::webp;
-    decoded.info = {
+    const ImageInfo info = {
         format,        sample_type_of(spec, format),       spec.width, spec.height, map.count,
         map.has_alpha, associated && !multiplied_by_reader};
-    Image& image = decoded.image;
-    image.width = spec.width;
-    image.height = spec.height;
-    image.channels = map.count;
-    image.values.reserve(image.texels() * std::size_t(map.count));
+    GrowingImage image(info, room);
     const auto read_all = spec.tile_width > 0 ? read_all_tiles : read_all_rows;
-    read_all(reader, decoded.info.type, conversion, image);
-    if (multiplied_by_reader) divide_by_alpha(image);
-    return decoded;
+    read_all(reader, info.type, conversion, image);
+    if (multiplied_by_reader) divide_by_alpha(image.values(), info.channels);
+    return info;
 }
 
 }  // namespace
 
+void prepare_decoders() {
+    for (const FileFormat format : {FileFormat::png, FileFormat::jpeg, FileFormat::webp,
+                                    FileFormat::tiff, FileFormat::exr, FileFormat::hdr})
+        (void)reader_of(format);
+}
+
 DecodedImage decode(std::string_view bytes, const DecodeLimits& limits) {
+    Image image;
+    const ImageInfo info =
+        decode_into(bytes, limits, [&](const ImageInfo& facts, std::size_t values) {
+            if (image.values.empty())
+                image.values.reserve(std::size_t(facts.width) * std::size_t(facts.height) *
+                                     std::size_t(facts.channels));
+            image.values.resize(values);
+            return image.values.data();
+        });
+    image.width = info.width;
+    image.height = info.height;
+    image.channels = info.channels;
+    return {info, std::move(image)};
+}
+
+ImageInfo decode_into(std::string_view bytes, const DecodeLimits& limits, const TexelRoom& room) {
     const FileFormat format = sniff_format(bytes);
     try {
         const FileHeader header = read_header(bytes, format);
         check_limits(header, limits, format);
         if (header.least_bytes > std::int64_t(bytes.size()))
             throw_broken(format, "it is too short for the size it claims");
-        return read_texels(bytes, header, format);
+        return read_texels(bytes, header, format, room);
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {

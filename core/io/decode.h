@@ -4,7 +4,9 @@
 // included in this folder alone.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 
 #include "core/image/image.h"
@@ -59,6 +61,18 @@ struct DecodeLimits {
 /// third of it more for files that are held whole: under 1 GB with the default limits.
 /// @throws Error image_not_supported, image_too_large (names the limit), image_broken
 [[nodiscard]] DecodedImage decode(std::string_view bytes, const DecodeLimits& limits = {});
+
+/// Memory for the first `values` numbers of an image: where its first one is. Asked for again as
+/// texels arrive, with more values up to width * height * channels; what was written stays.
+using TexelRoom = std::function<float*(const ImageInfo& info, std::size_t values)>;
+
+/// The same into memory of the caller's: the result as of decode() is in what `room` gave last.
+/// @throws Error as decode(); what `room` throws, as image_broken or (std::bad_alloc) image_too_large
+ImageInfo decode_into(std::string_view bytes, const DecodeLimits& limits, const TexelRoom& room);
+
+/// Loads and sets up the readers of all formats ahead of time; decode() does so by itself where it
+/// has not been called. For a process that is going to fork, or to give up opening files.
+void prepare_decoders();
 
 [[nodiscard]] std::string_view name_of(FileFormat format);        ///< "png", "jpeg", ...
 [[nodiscard]] std::string_view name_of(SampleType type);          ///< "uint8", ...

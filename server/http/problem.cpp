@@ -33,6 +33,7 @@ constexpr ProblemKind kinds[] = {
     {error_code::missing_field, 422, "A field is missing"},
     {error_code::duplicate_field, 422, "A field is there twice"},
     {error_code::key_reused, 422, "The idempotency key is taken"},
+    {error_code::too_costly, 422, "It would cost too much"},
     {error_code::rate_limited, 429, "Too many requests", 1},
     {error_code::headers_too_large, 431, "The headers are too large"},
     {error_code::internal, 500, "The server failed"},

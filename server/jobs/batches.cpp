@@ -34,7 +34,8 @@ RenderedFrame render_frame(const std::string& text, const std::stop_token& stop,
                            const Executor& executor, const BatchNeeds& needs) {
     const SceneDescription description = parse_scene(text, needs.limits.max_lights);
     const auto find = [&](const ImageSource& source) { return needs.images.get(source.text); };
-    const Scene scene = load_scene(description, find, needs.limits, executor, needs.cache);
+    const auto decode = [&](std::string_view bytes) { return needs.decoder.decode(bytes, {stop}); };
+    const Scene scene = load_scene(description, find, decode, needs.limits, executor, needs.cache);
     PictureFile file = picture_file(
         scene, description, text,
         {.executor = executor, .stop = stop, .simd = needs.simd, .cache = &needs.cache});

@@ -12,6 +12,7 @@
 
 #include "core/base/shared_cache.h"
 #include "core/base/simd.h"
+#include "server/decoding/image_decoder.h"
 #include "server/jobs/batch_news.h"
 #include "server/jobs/batch_runner.h"
 #include "server/jobs/render_slots.h"
@@ -27,6 +28,7 @@ namespace relit::server {
 /// What the workers use of the server. All of it must outlive the batches.
 struct BatchNeeds {
     ImageStore& images;
+    ImageDecoder decoder;
     SharedCache& cache;
     RenderSlots& renders;  ///< while these are used, batches take their share only
     Metrics& metrics;

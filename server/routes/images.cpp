@@ -35,7 +35,7 @@ ImageStore::Put store(std::string_view bytes, const Request& request, Services& 
     ImageInfo info;
     {
         const auto slot = services.decodes.wait_for_slot(request.deadline, request.client_gone);
-        info = decode(bytes, decode_limits(services.limits)).info;
+        info = services.decoder.check(bytes, {request.client_gone, request.deadline});
     }
     return services.images.put(bytes, info);
 }

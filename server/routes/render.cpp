@@ -130,12 +130,16 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
     const auto slot =
         services.renders.wait_for_slot(request.deadline, request.client_gone, session);
     stages.done(RenderStage::queue);
-    const Scene scene =
-        load_scene(job.scene, find, services.limits, services.executor, services.cache);
-    stages.done(RenderStage::decode);
-    if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
+    Scene scene;
     PictureFile file;
     in_time(request, slot.stop_token(), [&](const std::stop_token& stop) {
+        const auto decode = [&](std::string_view bytes) {
+            return services.decoder.decode(bytes, {stop});
+        };
+        scene =
+            load_scene(job.scene, find, decode, services.limits, services.executor, services.cache);
+        stages.done(RenderStage::decode);
+        if (caching.unchanged) return;
         file = picture_file(scene, job.scene, job.scene_text,
                             {.executor = services.executor,
                              .stop = stop,
@@ -144,6 +148,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
                             [&] { stages.done(RenderStage::render); });
         stages.done(RenderStage::encode);
     });
+    if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
     const Picture& picture = file.picture;
     Reply reply;
     reply.body = std::move(file.bytes);

@@ -12,7 +12,11 @@ Reply check_scene(const Request& request, Services& services) {
     {
         // Nothing is rendered: it waits beside the uploads, not behind the renders.
         const auto slot = services.decodes.wait_for_slot(request.deadline, request.client_gone);
-        (void)load_scene(job.scene, find, services.limits, services.executor, services.cache);
+        const auto decode = [&](std::string_view bytes) {
+            return services.decoder.decode(bytes, {request.client_gone, request.deadline});
+        };
+        (void)load_scene(job.scene, find, decode, services.limits, services.executor,
+                         services.cache);
     }
     Reply reply{.content_type = "application/json", .body = job.scene_text};
     reply.headers["Cache-Control"] = "no-store";

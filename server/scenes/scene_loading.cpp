@@ -49,8 +49,8 @@ std::optional<FoundImage> found(const std::optional<ImageSource>& source, const 
 
 std::string key_of(const std::optional<FoundImage>& image) { return image ? image->key() : ""; }
 
-DecodedImage decoded(const FoundImage& image, const Limits& limits) {
-    return blaming(image.source, [&] { return decode(image.bytes, decode_limits(limits)); });
+DecodedImage decoded(const FoundImage& image, const DecodeImage& decode) {
+    return blaming(image.source, [&] { return decode(image.bytes); });
 }
 
 // Integer colour images are sRGB-encoded, unless every number is to be used as it is.
@@ -59,8 +59,8 @@ bool is_encoded(const DecodedImage& image, Transfer transfer) {
 }
 
 // A colour image with its colour by itself; finite, since light and albedo have to be.
-DecodedImage decoded_colour(const FoundImage& found, const Limits& limits) {
-    DecodedImage image = decoded(found, limits);
+DecodedImage decoded_colour(const FoundImage& found, const DecodeImage& decode) {
+    DecodedImage image = decoded(found, decode);
     if (!std::all_of(image.image.values.begin(), image.image.values.end(),
                      [](float v) { return std::isfinite(v); }))
         refuse_value("has texels that are not finite numbers", found.source.pointer);
@@ -75,19 +75,19 @@ struct FieldImages {
     std::optional<FoundImage> albedo;
 };
 
-HeightField height_field(const FieldImages& images, Transfer transfer, const Limits& limits,
+HeightField height_field(const FieldImages& images, Transfer transfer, const DecodeImage& decode,
                          const Executor& executor) {
-    const DecodedImage heights = decoded(images.height, limits);
+    const DecodedImage heights = decoded(images.height, decode);
     HeightField field = blaming(images.height.source, [&] {
         return height_field_from(heights.image, heights.info.has_alpha,
                                  is_unsigned_integer(heights.info.type));
     });
     if (images.alpha) {
-        const DecodedImage alpha = decoded(*images.alpha, limits);
+        const DecodedImage alpha = decoded(*images.alpha, decode);
         set_alpha(field, alpha.image, alpha.info.has_alpha, executor);
     }
     if (images.albedo) {
-        const DecodedImage albedo = decoded_colour(*images.albedo, limits);
+        const DecodedImage albedo = decoded_colour(*images.albedo, decode);
         set_albedo(field, albedo.image, albedo.info.has_alpha, is_encoded(albedo, transfer),
                    executor);
     }
@@ -97,7 +97,7 @@ HeightField height_field(const FieldImages& images, Transfer transfer, const Lim
 std::uint64_t bytes_of(const Image& image) { return image.values.size() * sizeof(float); }
 
 std::shared_ptr<const HeightField> shared_field(const SceneDescription& description,
-                                                const FindImage& find, const Limits& limits,
+                                                const FindImage& find, const DecodeImage& decode,
                                                 const Executor& executor, SharedCache& cache) {
     const FieldImages images{found(description.height, find), found(description.alpha, find),
                              found(description.albedo, find)};
@@ -108,7 +108,7 @@ std::shared_ptr<const HeightField> shared_field(const SceneDescription& descript
                                         images.albedo ? int(transfer) : 0);
     return cache.get<HeightField>(key, [&] {
         auto field =
-            std::make_shared<HeightField>(height_field(images, transfer, limits, executor));
+            std::make_shared<HeightField>(height_field(images, transfer, decode, executor));
         field->key = key;
         field->shape_key = shape_key;
         const std::uint64_t bytes =
@@ -117,8 +117,9 @@ std::shared_ptr<const HeightField> shared_field(const SceneDescription& descript
     });
 }
 
-Image environment_map(const FoundImage& found, Transfer transfer, const Limits& limits) {
-    const DecodedImage image = decoded_colour(found, limits);
+Image environment_map(const FoundImage& found, Transfer transfer, const DecodeImage& decode,
+                      const Limits& limits) {
+    const DecodedImage image = decoded_colour(found, decode);
     if (std::int64_t(image.info.width) * image.info.height > limits.max_environment_pixels)
         throw Error(error_code::image_too_large,
                     fmt::format("the environment is {} x {} pixels; the limit is {} pixels "
@@ -133,24 +134,24 @@ Image environment_map(const FoundImage& found, Transfer transfer, const Limits& 
 }
 
 std::shared_ptr<const Image> shared_environment(const std::string& key, const FoundImage& image,
-                                                Transfer transfer, const Limits& limits,
-                                                SharedCache& cache) {
+                                                Transfer transfer, const DecodeImage& decode,
+                                                const Limits& limits, SharedCache& cache) {
     return cache.get<Image>(key, [&] {
-        auto map = std::make_shared<const Image>(environment_map(image, transfer, limits));
+        auto map = std::make_shared<const Image>(environment_map(image, transfer, decode, limits));
         const std::uint64_t bytes = bytes_of(*map);
         return SharedCache::Made<Image>{std::move(map), bytes};
     });
 }
 
 Light light_from(const LightDescription& description, Transfer transfer, const FindImage& find,
-                 const Limits& limits, SharedCache& cache) {
+                 const DecodeImage& decode, const Limits& limits, SharedCache& cache) {
     if (const auto* point = std::get_if<PointLight>(&description)) return *point;
     if (const auto* sun = std::get_if<DirectionalLight>(&description)) return *sun;
     const auto& environment = std::get<EnvironmentDescription>(description);
     EnvironmentLight light = environment.light;
     const FoundImage image = found(environment.image, find);
     light.map_key = fmt::format("environment {} {}", image.key(), int(transfer));
-    light.map = shared_environment(light.map_key, image, transfer, limits, cache);
+    light.map = shared_environment(light.map_key, image, transfer, decode, limits, cache);
     return light;
 }
 
@@ -188,10 +189,11 @@ void check_output(const OutputDescription& output, int map_width, int map_height
     check_size(output, map_width, map_height, limits);
 }
 
-Scene load_scene(const SceneDescription& description, const FindImage& find, const Limits& limits,
-                 const Executor& executor, SharedCache& cache) {
+Scene load_scene(const SceneDescription& description, const FindImage& find,
+                 const DecodeImage& decode, const Limits& limits, const Executor& executor,
+                 SharedCache& cache) {
     Scene scene;
-    scene.field = shared_field(description, find, limits, executor, cache);
+    scene.field = shared_field(description, find, decode, executor, cache);
     check_output(description.output, scene.field->width(), scene.field->height(), limits);
     scene.relief = description.relief;
     scene.base = description.base;
@@ -200,7 +202,7 @@ Scene load_scene(const SceneDescription& description, const FindImage& find, con
     scene.lights.clear();
     for (const LightDescription& light : description.lights)
         scene.lights.push_back(
-            light_from(light, description.output.picture.transfer, find, limits, cache));
+            light_from(light, description.output.picture.transfer, find, decode, limits, cache));
     return scene;
 }
 

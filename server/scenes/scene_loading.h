@@ -6,8 +6,10 @@
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 #include "core/base/shared_cache.h"
+#include "core/io/decode.h"
 #include "core/render/scene.h"
 #include "server/limits.h"
 #include "server/schema/description.h"
@@ -18,15 +20,18 @@ namespace relit::server {
 /// The bytes of an image. @throws Error not_found
 using FindImage = std::function<SharedBytes(const ImageSource&)>;
 
+/// The image in a file's bytes, as relit::decode() makes it. @throws Error as that does
+using DecodeImage = std::function<DecodedImage(std::string_view bytes)>;
+
 /// Loads what `description` names; what `cache` has of it is not decoded again, but found all the
 /// same, so that an image that is gone is gone at once. Afterwards the scene and `description.output.picture` meet
 /// render()'s preconditions.
 ///
-/// @throws Error what `find` throws; image_not_supported, image_broken, image_too_large;
-///         invalid_value for a region or a size that the map does not allow. `pointer` names the
+/// @throws Error what `find` and `decode` throw; image_too_large (an environment); invalid_value for a region or a size that the map does not allow. `pointer` names the
 ///         field
 [[nodiscard]] Scene load_scene(const SceneDescription& description, const FindImage& find,
-                               const Limits& limits, const Executor& executor, SharedCache& cache);
+                               const DecodeImage& decode, const Limits& limits,
+                               const Executor& executor, SharedCache& cache);
 
 /// Whether a picture can be made of a map of that size; load_scene() checks it too.
 /// @throws Error invalid_value; `pointer` names the field

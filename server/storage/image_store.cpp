@@ -303,7 +303,7 @@ std::optional<ImageInfo> ImageStore::read_facts(const std::string& id) const {
         bytes = map_stored(id);
     }
     if (!bytes) return std::nullopt;
-    const auto info = decode(*bytes, settings_.decode).info;
+    const auto info = settings_.read_info(*bytes);
     try {
         TemporaryFile facts(folder_ / "incoming", image_info_text(info),
                             std::chrono::system_clock::now());

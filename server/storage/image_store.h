@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -35,7 +36,10 @@ struct BuiltIn {
 };
 
 struct ImageStoreSettings {
-    DecodeLimits decode = {};  ///< for an image whose facts are missing
+    /// For an image whose facts are missing. @throws Error as decode()
+    std::function<ImageInfo(std::string_view bytes)> read_info = [](std::string_view bytes) {
+        return decode(bytes).info;
+    };
     /// Setting max-storage: the bytes of all stored images together, small files beside them not
     /// counted; above 0.
     std::uint64_t max_bytes = 10ull << 30;

@@ -48,7 +48,9 @@ double bare_rate(int renders, int threads, std::chrono::seconds time) {
             while (Clock::now() - begin < time) {
                 const auto scene = server::parse_scene(orbit_scene(frames * 0.18).dump(), 1);
                 const auto text = server::scene_json(scene);
-                const Scene loaded = server::load_scene(scene, find, {}, executor, cache);
+                const Scene loaded = server::load_scene(
+                    scene, find, [](std::string_view bytes) { return decode(bytes); }, {}, executor,
+                    cache);
                 (void)server::picture_file(loaded, scene, text,
                                            {.executor = executor, .cache = &cache});
                 ++frames;

@@ -14,18 +14,31 @@
 
 namespace relit::test {
 
+/// Decodes in the test's own process.
+inline server::ImageDecoder decoder_here(const DecodeLimits& limits) {
+    return {[limits](std::string_view bytes, const server::DecodeControl&) {
+                return decode(bytes, limits);
+            },
+            [limits](std::string_view bytes, const server::DecodeControl&) {
+                return decode(bytes, limits).info;
+            }};
+}
+
 /// Everything a handler needs, small, with an empty store.
 struct TestServices {
     explicit TestServices(server::Limits its_limits = {},
                           std::vector<server::BuiltIn> built_in = {})
         : limits(its_limits),
           images(folder.path() / "data",
-                 {.max_bytes = limits.max_storage_bytes, .built_in = std::move(built_in)}) {
+                 {.read_info = [this](std::string_view bytes) { return decoder.check(bytes, {}); },
+                  .max_bytes = limits.max_storage_bytes,
+                  .built_in = std::move(built_in)}) {
         spdlog::set_level(spdlog::level::off);
     }
 
     TemporaryFolder folder;
     server::Limits limits;
+    server::ImageDecoder decoder = decoder_here(server::decode_limits(limits));
     server::ImageStore images;
     server::RenderSlots renders{{.max_running = 1, .max_waiting = limits.max_queue}};
     server::RenderSlots decodes{{.max_running = 1, .max_waiting = limits.max_queue}};
@@ -34,12 +47,22 @@ struct TestServices {
     server::Metrics metrics;
     server::Batches batches{folder.path() / "data" / "batches",
                             {.images = images,
+                             .decoder = decoder,
                              .cache = cache,
                              .renders = renders,
                              .metrics = metrics,
                              .limits = limits}};  // at rest until a test starts them
-    server::Services services{images, renders, batches, decodes, executor,
-                              cache,  metrics, limits,  {},      folder.path() / "data"};
+    server::Services services{images,
+                              renders,
+                              batches,
+                              decodes,
+                              executor,
+                              cache,
+                              metrics,
+                              limits,
+                              decoder,
+                              {},
+                              folder.path() / "data"};
 };
 
 class TestServer {

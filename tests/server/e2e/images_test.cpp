@@ -61,8 +61,10 @@ TEST(ImagesEndToEnd, AnsweredUploadsSurviveKill9) {
     std::vector<std::string> answered;
     for (int round = 0; round < 4; ++round) {
         RelitProcess relitd({.data_dir = folder.path()});
+        const std::string first = small_png(round * 1000, 64, 64);  // waits for the decoders
+        ASSERT_EQ(http(relitd.port(), "POST", "/v1/images", first).status, 201);
         std::thread uploads([&] {
-            for (int i = 0; i < 1000; ++i) try {
+            for (int i = 1; i < 1000; ++i) try {
                     const auto reply = http(relitd.port(), "POST", "/v1/images",
                                             small_png(round * 1000 + i, 64, 64));
                     if (reply.status == 201) answered.push_back(reply.header("location"));
@@ -106,6 +108,8 @@ TEST(ImagesEndToEnd, FullStoreIsConsistentAfterKill9) {
         RelitProcess relitd({.flags = flags, .data_dir = folder.path()});
         ASSERT_NE(relitd.port(), 0) << relitd.log();
         EXPECT_LE(stored_bytes(folder.path()), budget);
+        const std::string first = small_png(20'000 + round, 64, 64);  // waits for the decoders
+        ASSERT_EQ(http(relitd.port(), "POST", "/v1/images", first).status, 201);
         std::vector<std::thread> clients;
         clients.reserve(4);
         for (int client = 0; client < 4; ++client)
