@@ -65,8 +65,8 @@ std::size_t value_count(const ImageInfo& info) {
 }
 
 // Piece by piece, each given back to the system as soon as it is here: in memory there is one image.
-std::vector<float> values_in(int file, std::size_t count) {
-    std::vector<float> values;
+Texels values_in(int file, std::size_t count) {
+    Texels values;
     values.reserve(count);
     while (values.size() < count) {
         const std::size_t done = values.size();

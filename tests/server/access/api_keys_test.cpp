@@ -38,7 +38,7 @@ TEST(ApiKeys, WhatIsNoKeyIsRefusedByItsLineAndNotQuoted) {
     const std::string good = first + " read\n";
     EXPECT_NE(refusal_of("").find("no key"), std::string::npos);
     EXPECT_NE(refusal_of("# none\n").find("no key"), std::string::npos);
-    for (const std::string line :
+    for (const std::string& line :
          {std::string("short read"), std::string(257, 'k') + " read",
           std::string("sixteen-c{aracters read"), second, second + " reader",
           second + " read,admin", second + " read a,b", second + " read " + std::string(65, 'n'),
