@@ -78,8 +78,10 @@ void count(const Router& router, const Request& request, const Reply& reply, Clo
 // own. Pictures may be shown by pages of other origins unless no other origin may read anything.
 void add_browser_headers(const CorsPolicy& cors, Reply& reply) {
     reply.headers.emplace("X-Content-Type-Options", "nosniff");
-    reply.headers.emplace("Content-Security-Policy",
-                          "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
+    if (reply.status != 304)  // a cache would put it in the place of the page's own
+        reply.headers.emplace(
+            "Content-Security-Policy",
+            "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
     reply.headers.emplace("Cross-Origin-Resource-Policy",
                           cors.allow == CorsPolicy::Allow::none ? "same-origin" : "cross-origin");
     reply.headers.emplace("Referrer-Policy", "no-referrer");  // URLs may be signed

@@ -195,6 +195,11 @@ TEST_F(Keys, EveryReplyKeepsBrowsersCareful) {
             << target;
         EXPECT_EQ(reply.header("cross-origin-resource-policy"), "cross-origin") << target;
     }
+    const HttpReply unchanged =
+        http(port, "GET", "/", "", {{"If-None-Match", http(port, "GET", "/").header("etag")}});
+    EXPECT_EQ(unchanged.status, 304);
+    EXPECT_EQ(unchanged.header("content-security-policy"), "")
+        << "a cache would put it in the place of the page's own";
 }
 
 }  // namespace
