@@ -199,12 +199,24 @@ void add_settings(CLI::App& app, Config& config) {
                  "Decoded maps kept for later requests; 0: none", 0);
 
     setting(app, "--max-image-pixels", limits.max_image_pixels, "Pixels of an image")->check(pixels);
+    setting(app, "--max-interlaced-pixels", limits.max_interlaced_pixels,
+            "Pixels of an interlaced or progressive image or a WebP")
+        ->check(pixels);
+    setting(app, "--max-image-side", limits.max_image_side, "Width and height of an image")
+        ->check(CLI::Range(1, 32768));
     setting(app, "--max-environment-pixels", limits.max_environment_pixels,
             "Pixels of an environment")
         ->check(pixels);
     setting(app, "--max-output-pixels", limits.max_output_pixels, "Pixels of a rendered picture")
         ->check(pixels);
     setting(app, "--max-lights", limits.max_lights, "Lights of a scene")->check(count);
+    setting(app, "--max-scene-cost", limits.max_scene_cost,
+            "Texels times samples of light of a picture, some 45 ns of a thread each")
+        ->check(CLI::Range(std::int64_t(1), std::int64_t(1) << 60));
+    setting(app, "--max-json-depth", limits.json.max_depth, "Levels of a scene's or batch's JSON")
+        ->check(CLI::Range(8, 1000));
+    setting(app, "--max-json-values", limits.json.max_values, "Values of a scene's or batch's JSON")
+        ->check(CLI::Range(1000, 1'000'000'000));
 
     time_setting(app, "--idle-timeout", limits.idle_timeout, "How long a connection may be idle");
     time_setting(app, "--head-timeout", limits.head_timeout,

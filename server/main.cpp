@@ -187,6 +187,8 @@ int run(const Config& config, int signals) {
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);
+    // Who is told that the server listens may send images: the helper is up, and can decode here.
+    (void)pool.check(samples().front().bytes, {});
     const bool is_ipv6 = config.host.find(':') != std::string::npos;
     std::printf("relitd listens on http://%s%s%s:%d\n", is_ipv6 ? "[" : "", config.host.c_str(),
                 is_ipv6 ? "]" : "", port);

@@ -128,8 +128,8 @@ std::vector<Frame> frames_of(const std::string& request) {
         server::for_each_image(
             scene, [&](const server::ImageSource& source) { ids.push_back(source.text); });
     };
-    server::BatchRequest batch =
-        server::parse_batch(request, {limits.max_lights, limits.max_batch_frames}, note);
+    server::BatchRequest batch = server::parse_batch(
+        request, {limits.max_lights, limits.max_batch_frames, limits.json}, note);
     std::vector<Frame> frames;
     for (std::size_t i = 0; i < batch.frames.size(); ++i) {
         server::BatchFrame& frame = batch.frames[i];

@@ -16,6 +16,8 @@ namespace relit::cli {
     limits.max_image_pixels = endless;
     limits.max_environment_pixels = endless;
     limits.max_output_pixels = endless;
+    limits.max_scene_cost = endless;
+    limits.json.max_values = std::numeric_limits<int>::max();
     limits.max_lights = 1'000'000;
     limits.max_batch_frames = 1'000'000;
     return limits;

@@ -41,10 +41,11 @@ void check_limits(const FileHeader& header, const DecodeLimits& limits, FileForm
     if (pixels > limits.max_pixels)
         throw_too_large(header, limits.max_pixels, " pixels", " (max-image-pixels)");
     if (header.width > limits.max_side || header.height > limits.max_side)
-        throw_too_large(header, limits.max_side, " pixels a side", "");
+        throw_too_large(header, limits.max_side, " pixels a side", " (max-image-side)");
     if (header.held_whole && pixels > limits.max_interlaced_pixels)
         throw_too_large(header, limits.max_interlaced_pixels,
-                        " pixels for interlaced and progressive files and WebP", "");
+                        " pixels for interlaced and progressive files and WebP",
+                        " (max-interlaced-pixels)");
     if (header.channels > limits.max_channels)
         throw Error(error_code::image_too_large,
                     "the image has " + std::to_string(header.channels) +

@@ -140,9 +140,9 @@ void read_headers(std::string_view text, const Limits& limits, Headers& headers)
     int count = 0;
     while (!text.empty()) {
         if (++count > limits.max_headers)
-            throw Error(
-                error_code::headers_too_large,
-                "The request has more than " + std::to_string(limits.max_headers) + " headers.");
+            throw Error(error_code::headers_too_large, "The request has more than max-headers, " +
+                                                           std::to_string(limits.max_headers) +
+                                                           ", headers.");
         const auto end = text.find("\r\n");
         read_header(text.substr(0, end), headers);
         text.remove_prefix(end + 2);

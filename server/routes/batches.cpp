@@ -8,6 +8,7 @@
 #include "server/http/multipart.h"
 #include "server/routes/json_reply.h"
 #include "server/routes/query.h"
+#include "server/scenes/scene_cost.h"
 #include "server/scenes/scene_loading.h"
 #include "server/schema/batch_json.h"
 #include "server/schema/batch_request.h"
@@ -41,6 +42,7 @@ public:
         for_each_image(scene, [&](const ImageSource& source) { hold(source); });
         const auto [width, height] = size_of(scene.height);
         check_output(scene.output, width, height, services_.limits);
+        check_cost(scene, width, height, services_.limits);
     }
 
     HeldImages images;
@@ -123,9 +125,10 @@ Reply submit_batch(const Request& request, Services& services) {
     if (const auto known = services.batches.store().submitted(key, body_hash))
         return accepted(*known);
     SceneCheck check(services);
-    BatchRequest batch =
-        parse_batch(request.body, {services.limits.max_lights, services.limits.max_batch_frames},
-                    [&](const SceneDescription& scene) { check(scene); });
+    BatchRequest batch = parse_batch(
+        request.body,
+        {services.limits.max_lights, services.limits.max_batch_frames, services.limits.json},
+        [&](const SceneDescription& scene) { check(scene); });
     const NewBatch fresh = new_batch(std::move(batch), check.images, key, body_hash);
     return accepted(services.batches.submit(fresh, std::move(check.images)));
 }

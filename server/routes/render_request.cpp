@@ -99,7 +99,7 @@ std::string brought_bytes(const ImageSource& source, const Request& request) {
 
 RenderRequest parse_render_request(const Request& request, const Limits& limits) {
     RenderRequest result;
-    result.scene = parse_scene(scene_of(request), limits.max_lights);
+    result.scene = parse_scene(scene_of(request), limits.max_lights, limits.json);
     std::set<std::string> named_parts;
     for_each_image(result.scene, [&](ImageSource& source) {
         if (source.kind == ImageSource::Kind::image) return;

@@ -8,6 +8,7 @@
 #include "core/image/channels.h"
 #include "core/io/decode.h"
 #include "server/error_codes.h"
+#include "server/scenes/scene_cost.h"
 #include "server/schema/field_error.h"
 
 namespace relit::server {
@@ -195,6 +196,7 @@ Scene load_scene(const SceneDescription& description, const FindImage& find,
     Scene scene;
     scene.field = shared_field(description, find, decode, executor, cache);
     check_output(description.output, scene.field->width(), scene.field->height(), limits);
+    check_cost(description, scene.field->width(), scene.field->height(), limits);
     scene.relief = description.relief;
     scene.base = description.base;
     scene.normal_scale = description.normal_scale;

@@ -27,7 +27,7 @@ using DecodeImage = std::function<DecodedImage(std::string_view bytes)>;
 /// same, so that an image that is gone is gone at once. Afterwards the scene and `description.output.picture` meet
 /// render()'s preconditions.
 ///
-/// @throws Error what `find` and `decode` throw; image_too_large (an environment); invalid_value for a region or a size that the map does not allow. `pointer` names the
+/// @throws Error what `find` and `decode` throw; image_too_large (an environment); too_costly; invalid_value for a region or a size that the map does not allow. `pointer` names the
 ///         field
 [[nodiscard]] Scene load_scene(const SceneDescription& description, const FindImage& find,
                                const DecodeImage& decode, const Limits& limits,

@@ -189,7 +189,7 @@ private:
 }  // namespace
 
 BatchRequest parse_batch(std::string_view json, const BatchLimits& limits, const Check& check) {
-    const Json tree = parse_json(json);
+    const Json tree = parse_json(json, limits.json);
     if (!tree.is_object()) throw Error(error_code::invalid_value, "the batch must be an object");
     return BatchReader(tree, limits, check).read_batch();
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/limits.h"
 #include "server/schema/description.h"
 
 namespace relit::server {
@@ -23,6 +24,7 @@ struct BatchRequest {
 struct BatchLimits {
     int max_lights = 1;
     int max_frames = 1;
+    JsonLimits json{};
 };
 
 /// A file of an archive that no frame may be called as: the problems of the frames that failed.

@@ -63,8 +63,8 @@ SceneDescription scene_from(const Json& tree, int max_lights) {
     return scene;
 }
 
-SceneDescription parse_scene(std::string_view json, int max_lights) {
-    return scene_from(parse_json(json), max_lights);
+SceneDescription parse_scene(std::string_view json, int max_lights, const JsonLimits& limits) {
+    return scene_from(parse_json(json, limits), max_lights);
 }
 
 std::string scene_json(const SceneDescription& scene) {

@@ -8,13 +8,14 @@
 namespace relit::server {
 namespace {
 
-constexpr std::size_t max_depth = 64;
-
 // Follows the parser through the text: where it is, and which keys each open object has had.
 class Place {
 public:
+    explicit Place(const JsonLimits& limits) : limits_(limits) {}
+
     bool operator()(int /*depth*/, Json::parse_event_t event, Json& parsed) {
         using Event = Json::parse_event_t;
+        count(event);
         switch (event) {
             case Event::object_start:
                 open(false);
@@ -53,10 +54,20 @@ private:
         std::set<std::string, std::less<>> keys;
     };
 
+    void count(Json::parse_event_t event) {
+        using Event = Json::parse_event_t;
+        if (event == Event::key || event == Event::object_end || event == Event::array_end) return;
+        if (++values_ > limits_.max_values)
+            throw Error(error_code::malformed_json, "the JSON has more than " +
+                                                        std::to_string(limits_.max_values) +
+                                                        " values (max-json-values)");
+    }
+
     void open(bool is_array) {
-        if (levels_.size() >= max_depth)
+        if (levels_.size() >= std::size_t(limits_.max_depth))
             throw Error(error_code::malformed_json,
-                        "the JSON is nested deeper than " + std::to_string(max_depth) + " levels",
+                        "the JSON is nested deeper than " + std::to_string(limits_.max_depth) +
+                            " levels (max-json-depth)",
                         pointer());
         levels_.push_back({is_array, 0, {}, {}});
     }
@@ -73,13 +84,15 @@ private:
         if (!levels_.empty() && levels_.back().is_array) ++levels_.back().index;
     }
 
+    const JsonLimits& limits_;
+    int values_ = 0;
     std::vector<Level> levels_;
 };
 
 }  // namespace
 
-Json parse_json(std::string_view text) {
-    Place place;
+Json parse_json(std::string_view text, const JsonLimits& limits) {
+    Place place(limits);
     try {
         return Json::parse(text, [&](int depth, Json::parse_event_t event, Json& parsed) {
             return place(depth, event, parsed);

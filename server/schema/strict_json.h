@@ -5,13 +5,15 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "server/limits.h"
+
 namespace relit::server {
 
 using Json = nlohmann::json;
 
-/// @throws Error malformed_json (with the byte where reading stopped), duplicate_field,
-///         invalid_value (a number too large); `pointer` names the place
-[[nodiscard]] Json parse_json(std::string_view text);
+/// @throws Error malformed_json (with the byte where reading stopped, or over a limit),
+///         duplicate_field, invalid_value (a number too large); `pointer` names the place
+[[nodiscard]] Json parse_json(std::string_view text, const JsonLimits& limits = {});
 
 /// A key as a token of an RFC 6901 pointer.
 [[nodiscard]] std::string pointer_token(std::string_view key);

@@ -677,7 +677,8 @@ TEST(DecodeLimits, AreNamedWithTheirValue) {
     expect_refused(png, error_code::image_too_large,
                    "the image is 4 x 2 pixels; the limit is 7 pixels (max-image-pixels)",
                    {.max_pixels = 7});
-    expect_refused(png, error_code::image_too_large, "3 pixels a side", {.max_side = 3});
+    expect_refused(png, error_code::image_too_large, "3 pixels a side (max-image-side)",
+                   {.max_side = 3});
     expect_refused(png, error_code::image_too_large, "3 channels; the limit is 2",
                    {.max_channels = 2});
     expect_refused(png, error_code::image_too_large, "23 pixels times channels",

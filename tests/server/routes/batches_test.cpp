@@ -147,6 +147,11 @@ TEST_F(BatchRoutes, WhatARenderWouldRefuseIsRefusedBeforeTheBatchIsAccepted) {
     EXPECT_EQ(refusal_of(
                   [&] { return post(one + R"({"output": {"width": 32768, "height": 32768}}]})"); }),
               "invalid-value /frames/1/output/width");
+    services.services.limits.max_scene_cost = 2000;
+    EXPECT_EQ(refusal_of([&] {
+                  return post(one + R"({"material": {"illumination": "count", "steps": 5000}}]})");
+              }),
+              "too-costly /frames/1/material/steps");
     Request form = request_of("POST");
     form.headers["Content-Type"] = "multipart/form-data; boundary=b";
     EXPECT_EQ(refusal_of([&] { return submit_batch(form, services.services); }),

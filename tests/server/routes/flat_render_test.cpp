@@ -57,6 +57,29 @@ protected:
     std::string id_;
 };
 
+TEST(SceneCostOverHttp, IsRefusedByRendersDryRunsAndFlatParameters) {
+    TestServices services({.max_scene_cost = 1000});  // the map has 432 texels
+    const std::string png = small_png(3, 24, 18);
+    const std::string id = services.images.put(png, decode(png).info).id;
+    const auto answer = [&](server::Handler handler, const std::string& rest) {
+        Request request;
+        request.method = "POST";
+        request.body = R"({"height": {"image": ")" + id + "\"}, " + rest + "}";
+        try {
+            return std::to_string(handler(request, services.services).status);
+        } catch (const Error& e) {
+            return std::string(e.code) + " " + e.pointer;
+        }
+    };
+    const std::string two = R"("lights": [{"type": "point"}, {"type": "point"}])";
+    const std::string three =
+        R"("lights": [{"type": "point"}, {"type": "point"}, {"type": "point"}])";
+    for (const server::Handler handler : {server::render_picture, server::check_scene}) {
+        EXPECT_EQ(answer(handler, two), "200");
+        EXPECT_EQ(answer(handler, three), "too-costly /lights");
+    }
+}
+
 TEST_F(FlatRender, IsThePictureOfTheSameSceneInJson) {
     const Reply flat = get("relit.webp", {{"light", "0.3,0.8,0.4"},
                                           {"light.color", "#ffeedd"},

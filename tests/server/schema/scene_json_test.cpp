@@ -179,6 +179,24 @@ TEST(SceneJson, RefusesTextThatIsNoScene) {
     expect_refused(std::string(200000, '['), malformed_json, deep_pointer, "deeper than 64");
 }
 
+TEST(SceneJson, DepthAndNumberOfValuesHaveLimitsByName) {
+    const auto words = [](const std::string& json, const server::JsonLimits& limits) {
+        try {
+            (void)parse_scene(json, 1, limits);
+        } catch (const Error& error) {
+            return std::string(error.code) + ": " + error.what();
+        }
+        return std::string("accepted");
+    };
+    // The scene, its height, the id, and one number.
+    const std::string scene = scene_with(R"("relief": 0.2)");
+    EXPECT_EQ(words(scene, {.max_depth = 2, .max_values = 4}), "accepted");
+    EXPECT_EQ(words(scene, {.max_depth = 2, .max_values = 3}),
+              "malformed-json: the JSON has more than 3 values (max-json-values)");
+    EXPECT_EQ(words(scene, {.max_depth = 1}),
+              "malformed-json: the JSON is nested deeper than 1 levels (max-json-depth)");
+}
+
 TEST(SceneJson, UnusedFieldsAreCheckedLikeAnyOther) {
     expect_refused(scene_with(R"("material": {"illumination": "length", "attenuation": 0})"),
                    error_code::invalid_value, "/material/attenuation", "above 0");

@@ -1,0 +1,119 @@
+#include "server/scenes/scene_cost.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "core/render/render.h"
+#include "server/error_codes.h"
+
+namespace relit::server {
+namespace {
+
+// Measured against a ray: a step of the thesis's count is half of one, the transfer of an environment
+// at infinity takes as long as 12 samples of it.
+constexpr double rays_per_step = 0.5;
+constexpr double transfer_samples = 12;
+constexpr double usual_texels = 1 << 20;
+
+// A factor of the cost and the field it comes from.
+struct Factor {
+    double times = 1;
+    std::string field;
+};
+
+struct Light {
+    double samples = 1;
+    std::string field;  // empty: of no weight of its own
+};
+
+// As SkyLight::covers() decides, as far as the description tells.
+bool has_transfer(const SceneDescription& scene, const EnvironmentLight& light) {
+    const Material& material = scene.material;
+    return !light.radius && material.illumination != Illumination::count &&
+           !(material.specular.k > 0 && material.specular.occlude) &&
+           scene.relief <= 600 * material.depth;
+}
+
+Light light_of(const SceneDescription& scene, const LightDescription& description) {
+    const auto* const environment = std::get_if<EnvironmentDescription>(&description);
+    if (!environment) return {};
+    // Of "/lights/3/image/data" the light.
+    const std::string& image = environment->image.pointer;
+    const std::string field = image.substr(0, image.find("/image"));
+    if (has_transfer(scene, environment->light)) return {transfer_samples, field};
+    const bool preview = scene.output.picture.accuracy == Accuracy::preview;
+    return {double((preview ? preview_environment : final_environment).regions), field};
+}
+
+// What all lights of the layer take together.
+Factor lights_of(const SceneDescription& scene) {
+    const Layer layer = scene.output.picture.layer;
+    if (layer == Layer::normal || layer == Layer::height || layer == Layer::alpha)
+        return {.times = 0, .field = "/output/layer"};
+    const std::size_t count = layer == Layer::beauty ? scene.lights.size() : 1;  // else the first
+    Factor all{.times = 0, .field = "/lights"};
+    Light heaviest;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Light light = light_of(scene, scene.lights[i]);
+        all.times += light.samples;
+        if (light.samples > heaviest.samples) heaviest = light;
+    }
+    if (heaviest.samples > all.times / 2 && !heaviest.field.empty()) all.field = heaviest.field;
+    return all;
+}
+
+// A count is as dear as its steps are many; a march that solves for its crossings knows none.
+Factor steps_of(const Material& material) {
+    if (material.illumination != Illumination::count) return {.times = 1, .field = {}};
+    return {.times = std::max(1.0, rays_per_step * material.steps), .field = "/material/steps"};
+}
+
+Factor texels_of(const SceneDescription& scene, int map_width, int map_height) {
+    const Output& output = scene.output.picture;
+    const PictureSize size = picture_size(output, map_width, map_height);
+    const Rect part = output.region.value_or(Rect{0, 0, map_width, map_height});
+    const double texels = double(part.width) * part.height;
+    const double pixels = double(size.width) * size.height;
+    return {.times = output.accuracy == Accuracy::preview ? std::min(texels, pixels) : texels,
+            .field = output.region ? "/output/region" : "/height"};
+}
+
+// Resampling and writing, where a picture is larger than what it is made of.
+Factor pixels_of(const SceneDescription& scene, int map_width, int map_height) {
+    const Output& output = scene.output.picture;
+    const PictureSize size = picture_size(output, map_width, map_height);
+    return {.times = double(size.width) * size.height,
+            .field = output.width ? "/output/width" : "/output/height"};
+}
+
+}  // namespace
+
+SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height) {
+    const Factor texels = texels_of(scene, map_width, map_height);
+    const Factor lights = lights_of(scene), steps = steps_of(scene.material);
+    const Factor pixels = pixels_of(scene, map_width, map_height);
+    const double marched = texels.times * lights.times * steps.times;
+    const double added = pixels.times > texels.times ? pixels.times : 0;
+    if (added > marched) return {marched + added, pixels.field};
+    const Factor unusual[] = {{texels.times / usual_texels, texels.field}, lights, steps};
+    const auto heaviest =
+        std::max_element(std::begin(unusual), std::end(unusual),
+                         [](const Factor& a, const Factor& b) { return a.times < b.times; });
+    return {marched + added, heaviest->field};
+}
+
+void check_cost(const SceneDescription& scene, int map_width, int map_height,
+                const Limits& limits) {
+    const SceneCost cost = scene_cost(scene, map_width, map_height);
+    if (cost.texel_samples > double(limits.max_scene_cost))
+        throw Error(
+            error_code::too_costly,
+            fmt::format("the picture would take about {:.0f} texel-samples; the limit is {} "
+                        "(max-scene-cost)",
+                        cost.texel_samples, limits.max_scene_cost),
+            cost.heaviest);
+}
+
+}  // namespace relit::server

@@ -1,0 +1,30 @@
+// What a picture will cost, told from the scene before anything is decoded or marched: so that what is
+// legal in each field and absurd in all of them together is refused at once. For whoever takes scenes
+// from strangers.
+#pragma once
+
+#include <string>
+
+#include "server/limits.h"
+#include "server/schema/description.h"
+
+namespace relit::server {
+
+struct SceneCost {
+    /// Texels times the samples of light that are marched from each, about 45 ns of a thread each on
+    /// maps of a million texels; other work in the same measure. Within a factor of 4 or so.
+    double texel_samples = 0;
+    std::string heaviest;  ///< pointer to the field that weighs most
+};
+
+/// Of the final picture, or of a preview, whose map and environments are coarser. What a map's own
+/// form decides (noise, which takes away an environment's short cut) is not known here and counts
+/// as the cheaper case.
+/// @param map_width, map_height  of the height map, texels
+[[nodiscard]] SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height);
+
+/// @throws Error too_costly, with the cost and the limit (max-scene-cost); `pointer` is the heaviest
+///         field
+void check_cost(const SceneDescription& scene, int map_width, int map_height, const Limits& limits);
+
+}  // namespace relit::server

@@ -1,0 +1,128 @@
+#include "server/scenes/scene_cost.h"
+
+#include <gtest/gtest.h>
+
+#include "server/error_codes.h"
+#include "server/schema/scene_json.h"
+
+namespace relit::server {
+namespace {
+
+SceneDescription scene(const std::string& rest) {
+    return parse_scene(R"({"height": {"image": "a"})" + (rest.empty() ? "" : ", " + rest) + "}",
+                       64);
+}
+
+double cost(const std::string& rest, int width = 1000, int height = 500) {
+    return scene_cost(scene(rest), width, height).texel_samples;
+}
+
+std::string heaviest(const std::string& rest, int width = 1000, int height = 500) {
+    return scene_cost(scene(rest), width, height).heaviest;
+}
+
+std::string repeated(const std::string& light, int count) {
+    std::string list = "\"lights\": [";
+    for (int i = 0; i < count; ++i) list += (i == 0 ? "" : ", ") + light;
+    return list + "]";
+}
+
+const std::string point = R"({"type": "point"})";
+
+TEST(SceneCost, IsOneForEachTexelAndLight) {
+    EXPECT_EQ(cost(""), 500'000);
+    EXPECT_EQ(cost("", 4000, 3000), 12e6);
+    EXPECT_EQ(cost(R"("light": {"type": "directional"})"), 500'000);
+    EXPECT_EQ(cost(repeated(point, 7)), 7 * 500'000);
+    EXPECT_EQ(cost(R"("output": {"region": [10, 10, 100, 50]})"), 5000);
+}
+
+TEST(SceneCost, CountsTheStepsOfTheThesisModeAlone) {
+    EXPECT_EQ(cost(R"("material": {"steps": 10000})"), 500'000);
+    EXPECT_EQ(cost(R"("material": {"illumination": "count", "steps": 10000})"), 5000.0 * 500'000);
+    EXPECT_EQ(cost(R"("material": {"illumination": "count", "steps": 1})"), 500'000);
+}
+
+TEST(SceneCost, KnowsWhichEnvironmentsHaveNoShortCut) {
+    const std::string sky = R"("light": {"type": "environment", "image": {"image": "b"})";
+    const double quick = cost(sky + "}");
+    EXPECT_LT(quick, 20.0 * 500'000);
+    EXPECT_GT(quick, 500'000);
+    for (const std::string& slow :
+         {sky + R"(, "radius": 3})", sky + R"(}, "relief": 6, "material": {"depth": 0.008})",
+          sky + R"(}, "material": {"specular": {"k": 0.5, "occlude": true}})"})
+        EXPECT_EQ(cost(slow), 256.0 * 500'000) << slow;
+    EXPECT_EQ(cost(sky + R"(}, "material": {"specular": {"k": 0, "occlude": true}})"), quick);
+    EXPECT_EQ(cost(sky + R"(, "radius": 3}, "output": {"accuracy": "preview"})"), 64.0 * 500'000);
+}
+
+TEST(SceneCost, FollowsTheLayer) {
+    const std::string lights = repeated(point, 9) + ", ";
+    EXPECT_EQ(cost(lights + R"("output": {"layer": "illumination"})"), 500'000)
+        << "the first light";
+    EXPECT_EQ(cost(lights + R"("output": {"layer": "normal"})"), 0);
+}
+
+TEST(SceneCost, CountsPixelsBeyondTheTexels) {
+    EXPECT_EQ(cost(R"("output": {"width": 500})"), 500'000) << "fewer cost nothing more";
+    EXPECT_EQ(cost(R"("output": {"width": 4000})"), 500'000 + 4000 * 2000);
+    EXPECT_EQ(cost(R"("output": {"width": 500, "accuracy": "preview"})"), 500 * 250);
+}
+
+TEST(SceneCost, NamesTheFieldThatWeighsMost) {
+    EXPECT_EQ(heaviest("", 20'000, 3000), "/height");
+    EXPECT_EQ(heaviest(R"("output": {"region": [0, 0, 20000, 3000]})", 30'000, 3000),
+              "/output/region");
+    EXPECT_EQ(heaviest(repeated(point, 60)), "/lights");
+    EXPECT_EQ(heaviest(R"("material": {"illumination": "count", "steps": 9000})"),
+              "/material/steps");
+    EXPECT_EQ(heaviest(R"("output": {"width": 8000})"), "/output/width");
+    EXPECT_EQ(heaviest(R"("output": {"height": 8000})"), "/output/height");
+    const std::string sky = R"({"type": "environment", "image": {"image": "b"}, "radius": 2})";
+    EXPECT_EQ(heaviest("\"light\": " + sky), "/light");
+    EXPECT_EQ(heaviest("\"lights\": [" + point + ", " + sky + "]"), "/lights/1");
+    EXPECT_EQ(heaviest("\"lights\": [" + sky + ", " + point + ", " + sky + "]"), "/lights");
+}
+
+TEST(SceneCost, TheDefaultLimitLetsSaneScenesThroughAndAbsurdOnesNot) {
+    const Limits limits;
+    const std::string sky = R"({"type": "environment", "image": {"image": "b"}})";
+    const std::string near = R"({"type": "environment", "image": {"image": "b"}, "radius": 2})";
+    const std::tuple<std::string, int> sane[] = {
+        {"", 8192},
+        {repeated(point, 64), 8192},
+        {"\"lights\": [" + sky + ", " + sky + "]", 8192},
+        {"\"light\": " + near, 4096},
+        {R"("material": {"illumination": "count"})", 8192},
+        {R"("material": {"illumination": "count", "steps": 1000})", 4096},
+        {R"("output": {"width": 8192})", 512},
+    };
+    for (const auto& [rest, side] : sane)
+        EXPECT_NO_THROW(check_cost(scene(rest), side, side, limits)) << rest;
+    const std::tuple<std::string, int> absurd[] = {
+        {repeated(near, 64), 1024},
+        {repeated(near, 10), 4096},
+        {repeated(sky, 64), 8192},
+        {R"("material": {"illumination": "count", "steps": 10000})", 4096},
+        {repeated(point, 64) + R"(, "material": {"illumination": "count", "steps": 10000})", 512},
+    };
+    for (const auto& [rest, side] : absurd)
+        EXPECT_THROW(check_cost(scene(rest), side, side, limits), Error) << rest;
+}
+
+TEST(SceneCost, TheRefusalHasBothValues) {
+    try {
+        check_cost(scene(repeated(point, 3)), 1000, 500, {.max_scene_cost = 1'000'000});
+        ADD_FAILURE() << "accepted";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, error_code::too_costly);
+        EXPECT_STREQ(error.what(),
+                     "the picture would take about 1500000 texel-samples; the limit is 1000000 "
+                     "(max-scene-cost)");
+        EXPECT_EQ(error.pointer, "/lights");
+    }
+    EXPECT_NO_THROW(check_cost(scene(repeated(point, 2)), 1000, 500, {.max_scene_cost = 1'000'000}));
+}
+
+}  // namespace
+}  // namespace relit::server
