@@ -19,7 +19,12 @@ constexpr std::size_t worth_large_pages = 4 * large_page;
 void* allocate_texels(std::size_t size_bytes) {
     const std::size_t alignment = size_bytes < worth_large_pages ? line : large_page;
     const std::size_t size = (size_bytes + alignment - 1) / alignment * alignment;
-    void* memory = size < size_bytes ? nullptr : std::aligned_alloc(alignment, size);
+    void* memory = nullptr;
+    while (size >= size_bytes && !(memory = std::aligned_alloc(alignment, size))) {
+        const std::new_handler handler = std::get_new_handler();
+        if (!handler) break;
+        handler();  // as operator new does: it finds some, or throws
+    }
     if (!memory) throw std::bad_alloc();
 #if defined(__linux__)
     // Advice: where it cannot be had, pages are small.

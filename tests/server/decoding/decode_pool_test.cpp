@@ -160,6 +160,7 @@ TEST_F(Pool, AHangIsEndedByDecodeTimeout) {
 
 TEST_F(Pool, WhoeverWaitsNoLongerEndsTheDecoder) {
     DecodePool& decoding = pool({.workers = 1});
+    (void)decoding.check(small_png(), {});  // there is a process by now, to be waited for
     EXPECT_EQ(refusal([&] {
                   (void)decoding.check(large_png(), {{}, Clock::now() + 100ms});
               }),
@@ -196,12 +197,16 @@ TEST_F(Pool, ProcessesCanOpenNothingAndGainNothing) {
     DecodePool& decoding = pool();
     (void)decoding.check(small_png(), {});
     const auto processes = decoding_processes_of(::getpid());
-    ASSERT_TRUE(comes_true([] { return decoding_processes_of(::getpid()).workers.size() == 2; }));
-    for (const ProcessFacts& worker : decoding_processes_of(::getpid()).workers) {
-        EXPECT_TRUE(comes_true([&] { return status_of(worker.pid, "Seccomp") == "2"; }));
-        EXPECT_EQ(status_of(worker.pid, "NoNewPrivs"), "1");
-        EXPECT_EQ(open_descriptors(worker.pid), 4) << "three standard files and its socket";
-    }
+    // A process that is only just forked is not confined yet, and has been given nothing.
+    EXPECT_TRUE(comes_true([] {
+        const auto workers = decoding_processes_of(::getpid()).workers;
+        return workers.size() == 2 &&
+               std::all_of(workers.begin(), workers.end(), [](const ProcessFacts& worker) {
+                   return status_of(worker.pid, "Seccomp") == "2" &&
+                          status_of(worker.pid, "NoNewPrivs") == "1" &&
+                          open_descriptors(worker.pid) == 4;  // standard files and its socket
+               });
+    }));
     EXPECT_TRUE(comes_true([&] { return open_descriptors(processes.helpers.at(0).pid) == 5; }))
         << "... and news of its children";
 }
