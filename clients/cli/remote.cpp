@@ -52,6 +52,10 @@ std::string RemoteServer::words_of(
     const auto problem = server::read_problem(reply.body);
     if (is_elsewhere(reply, problem ? problem->pointer : ""))
         return fmt::format("{} is no Relit server: it answers {}", url_, reply.status);
+    if (!problem && reply.status == 401)  // to HEAD, which has no problem document
+        return fmt::format("{} asks for an API key, in RELIT_API_KEY", url_);
+    if (!problem && reply.status == 403)
+        return fmt::format("the API key in RELIT_API_KEY is not good for this at {}", url_);
     if (!problem) return fmt::format("{} answers {}, as no Relit server does", url_, reply.status);
     const std::string image = image_at ? image_at(problem->pointer) : "";
     const std::string words = part_of_line(problem->detail);
