@@ -1,6 +1,6 @@
-// Memory of pictures and maps: an allocator for std::vector. Large ones lie in large pages where the
-// system has some (Linux: transparent huge pages by madvise): 48 MB are there after 3 ms instead of
-// 22, and rows that lie far apart are found without walks through the tables of pages.
+// Memory of pictures and maps: an allocator for std::vector. What is larger than 32 MB comes from the
+// system each time, page by page; it lies in large pages where there are some (Linux: transparent huge
+// pages by madvise): 48 MB were there after 3 ms instead of 22.
 #pragma once
 
 #include <cstddef>

@@ -210,8 +210,8 @@ double cpu_seconds() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-// Processor time that a picture in the middle of its render takes after it was cancelled, as when a
-// newer frame of a drag comes.
+// Processor time of the whole program after a picture in the middle of its render was cancelled, as
+// when a newer frame of a drag comes; with it what idle threads take until they sleep.
 void relit_superseded(benchmark::State& state) {
     const Setting setting(state);
     Scene scene = bench_scene(setting);
