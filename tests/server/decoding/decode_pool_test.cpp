@@ -161,6 +161,7 @@ TEST_F(Pool, AHangIsEndedByDecodeTimeout) {
 TEST_F(Pool, WhoeverWaitsNoLongerEndsTheDecoder) {
     DecodePool& decoding = pool({.workers = 1});
     (void)decoding.check(small_png(), {});  // there is a process by now, to be waited for
+    (void)large_png();                      // and the file is made
     EXPECT_EQ(refusal([&] {
                   (void)decoding.check(large_png(), {{}, Clock::now() + 100ms});
               }),
