@@ -10,12 +10,13 @@
 
 namespace relit::test {
 
-/// A grey 16-bit PNG; another one for each `seed`.
+/// A grey 16-bit PNG; another one for each `seed` from 0 to 65535.
 inline std::string small_png(int seed = 0, int width = 16, int height = 12) {
     Image image(width, height, 1);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             image.at(x, y) = float((x * 7 + y * 13 + seed * 31) % 251) / 251.0f;
+    image.at(0, 0) = float(seed) / 65535.0f;  // no two seeds have the same bytes
     return encoded(image, {.format = PictureFormat::png, .bit_depth = 16, .srgb = false});
 }
 
