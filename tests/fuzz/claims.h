@@ -14,7 +14,7 @@ inline void claim(bool holds, const std::string& sentence) {
 }
 
 /// A refusal is the client's fault, is one of the interface's problems and can be told: as JSON, in
-/// UTF-8, without anything of the inside.
+/// UTF-8.
 void claim_is_refusal(const Error& error);
 
 /// Whether `call` accepts its input; otherwise it has refused it.
