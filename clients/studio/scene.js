@@ -101,6 +101,16 @@ export const overMap = (scene, id) => ({
 /** Whether a light shines from behind the picture. */
 export const isBehind = ({ position, direction, elevation }) => (position?.[2] ?? direction?.[2] ?? elevation ?? 0) < 0
 
+/** Surroundings as the light. @param id  of an image */
+export const environmentLight = (id) => ({
+  type: 'environment',
+  image: { image: id },
+  rotation: [0, 0],
+  intensity: 'auto',
+  weighting: 'solid-angle',
+  radius: null,
+})
+
 const newcomers = {
   point: { type: 'point', position: [0.85, 0.85, 0.6], color: '#ffffff', intensity: 1 },
   directional: { type: 'directional', azimuth: 315, elevation: 35, color: '#ffffff', intensity: 1 },
@@ -108,14 +118,7 @@ const newcomers = {
 
 /** A light of a kind; of the one before what both kinds have. An environment takes the id of an image. */
 export function newLight(type, image, before) {
-  const light = newcomers[type] ?? {
-    type,
-    image: { image },
-    rotation: [0, 0],
-    intensity: 'auto',
-    weighting: 'solid-angle',
-    radius: null,
-  }
+  const light = newcomers[type] ?? environmentLight(image)
   if (!light.color || !before?.color) return light
   return { ...light, color: before.color, intensity: before.intensity }
 }
