@@ -3,14 +3,7 @@
 /** A scene as the server completes it -> as the studio holds it. */
 export const heldScene = ({ light, ...scene }) => (light ? { ...scene, lights: [light] } : scene)
 
-/** A scene as one word for an address: base64url of its JSON, as GET /v1/render takes it. */
-export function encodeScene(scene) {
-  const bytes = new TextEncoder().encode(JSON.stringify(scene))
-  const base64 = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''))
-  return base64.replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '')
-}
-
-/** The scene of such a word, or nothing where it is none. */
+/** The scene of a word in an address (base64url of its JSON, as GET /v1/render takes it), or nothing where it is none. */
 export function decodeScene(word) {
   try {
     const base64 = atob(word.replaceAll('-', '+').replaceAll('_', '/'))
