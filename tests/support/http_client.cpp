@@ -75,6 +75,8 @@ bool RawConnection::send(std::string_view bytes) {
     return true;
 }
 
+void RawConnection::finish_sending() { ::shutdown(socket_, SHUT_WR); }
+
 bool RawConnection::receive_more() {
     if (!readable_within(socket_, longest_wait)) throw std::runtime_error("no answer within 10 s");
     char data[65536];
