@@ -1,7 +1,7 @@
 // The shelf on the left: reliefs to open, looks to put on, surroundings to light with. Thumbnails are the server's own
 // pictures, which the browser's cache keeps by their ETag; they are asked for one after the other, and only while the hand rests.
 import { isPossible, lightingNames, underLighting } from './lightings.js'
-import { overMap, same, shortened } from './scene.js'
+import { environmentLight, overMap, same, shortened } from './scene.js'
 import { make } from './widgets.js'
 
 const side = 144 // pixels of a thumbnail
@@ -171,17 +171,7 @@ export function sceneWith(scene, role, id, active) {
   if (role === 'height') return overMap(scene, id)
   if (role !== 'environment') return { ...scene, [role]: { image: id } }
   const before = scene.lights[active]
-  const light =
-    before.type === 'environment'
-      ? { ...before, image: { image: id } }
-      : {
-          type: 'environment',
-          image: { image: id },
-          rotation: [0, 0],
-          intensity: 'auto',
-          weighting: 'solid-angle',
-          radius: null,
-        }
+  const light = before.type === 'environment' ? { ...before, image: { image: id } } : environmentLight(id)
   return { ...scene, lights: scene.lights.map((other, i) => (i === active ? light : other)) }
 }
 

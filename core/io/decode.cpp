@@ -303,9 +303,7 @@ DecodedImage decode(std::string_view bytes, const DecodeLimits& limits) {
     Image image;
     const ImageInfo info =
         decode_into(bytes, limits, [&](const ImageInfo& facts, std::size_t values) {
-            if (image.values.empty())
-                image.values.reserve(std::size_t(facts.width) * std::size_t(facts.height) *
-                                     std::size_t(facts.channels));
+            if (image.values.empty()) image.values.reserve(facts.value_count());
             image.values.resize(values);
             return image.values.data();
         });

@@ -1,29 +1,16 @@
 // <relit-image> in a real browser, in a page of another origin than the server's. Names are claims.
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
-import { join } from 'node:path'
-import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../studio/support.js'
-import { boxOf, brightness, light, openSite, rested } from './pages.js'
-import { plato, startProxy, startSite } from './site.js'
+import { test } from 'node:test'
+import { keep } from '../studio/support.js'
+import { boxOf, brightness, light, openSite, rested, stagedSite } from './pages.js'
+import { plato, startProxy } from './site.js'
 
-let server
-let site
-let browser
-const pages = {}
-before(async () => {
-  server = await startServer()
-  site = await startSite(pages)
-  browser = await startBrowser()
-  pages['/relief.png'] = ['image/png', await readFile(new URL('../../server/samples/fish.png', import.meta.url))]
-})
-after(async () => {
-  await browser?.close()
-  site?.close()
-  await server?.remove()
-})
+const stage = await stagedSite()
+const { server, pages } = stage
+pages['/relief.png'] = ['image/png', await readFile(new URL('../../server/samples/fish.png', import.meta.url))]
 
-const open = (tag, options) => openSite({ browser, site, pages, server: options?.server ?? server.address, tag }, options)
+const open = (tag, options) => openSite(stage, tag, options)
 const element = (page, work, argument) => page.locator('relit-image').evaluate(work, argument)
 
 test('the light comes to the mouse, and the brightest side of the relief follows it', async () => {
@@ -42,7 +29,7 @@ test('the light comes to the mouse, and the brightest side of the relief follows
   }
   const { left, right, top, bottom } = seen
   assert.ok(left.left > right.left + 0.1 && top.top > bottom.top + 0.1, JSON.stringify(seen))
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, 'element.png') })
+  await keep(page, 'element')
   await page.done()
 })
 

@@ -6,38 +6,20 @@ import { mkdtemp, readFile, rm } from 'node:fs/promises'
 import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
-import { after, before, test } from 'node:test'
+import { after, test } from 'node:test'
 import { fileURLToPath } from 'node:url'
 import { lightControls, sceneControls } from '../../clients/studio/controls.js'
 import { readFields } from '../../clients/studio/fields.js'
 import { decodePng } from '../../clients/studio/png.js'
-import { drag, finalFrame, openPage, rested, sceneNow, startBrowser, startServer } from './support.js'
+import { close, drag, finalFrame, keep, openStudio, rested, sceneNow, staged, withoutTrouble } from './support.js'
 
-let server
-let browser
-let folder
-before(async () => {
-  server = await startServer()
-  browser = await startBrowser()
-  folder = await mkdtemp(join(tmpdir(), 'relit-share-'))
-})
-after(async () => {
-  await browser?.close()
-  await server?.remove()
-  if (folder) await rm(folder, { recursive: true })
-})
+const stage = await staged()
+const { server } = stage
+const folder = await mkdtemp(join(tmpdir(), 'relit-share-'))
+after(() => rm(folder, { recursive: true }))
 
 const repository = fileURLToPath(new URL('../..', import.meta.url))
-const open = async (path = '/', options) => {
-  const page = await openPage(browser, server.address + path, options)
-  await finalFrame(page)
-  return page
-}
-const close = (page) => page.context().close()
-const keep = async (page, name) => {
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
-}
-const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
+const open = (path, options) => openStudio(stage, path, options)
 const post = (path, scene) =>
   fetch(server.address + path, {
     method: 'POST',

@@ -1,10 +1,12 @@
 // The real relitd and a real browser, for tests of the pages.
+import assert from 'node:assert/strict'
 import { spawn } from 'node:child_process'
 import { once } from 'node:events'
 import { mkdtemp, rm } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { createInterface } from 'node:readline'
+import { after } from 'node:test'
 import { chromium } from 'playwright-core'
 
 /** relitd with a data folder of its own, which outlives stop() and start(). */
@@ -44,6 +46,18 @@ export function startBrowser() {
   return chromium.launch({ executablePath: process.env.CHROMIUM, args: [...quiet, '--no-sandbox'] })
 }
 
+/** {server, browser} for all tests of a file, which are gone after the last of them. */
+export async function staged() {
+  const stage = {}
+  after(async () => {
+    await stage.browser?.close()
+    await stage.server?.remove()
+  })
+  stage.server = await startServer()
+  stage.browser = await startBrowser()
+  return stage
+}
+
 /**
  * A page with a list of all that a visitor must not meet: errors on the console, requests that failed or went elsewhere.
  * Renders that the page itself has given up are no failure.
@@ -67,6 +81,21 @@ export async function openPage(browser, address, options) {
     if (final) globalThis.finalFrame = { etag, scene, width }
   }))
   await page.goto(address)
+  return page
+}
+
+export const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
+export const close = (page) => page.context().close()
+
+/** A screenshot to look at, where the run was given a folder for them. */
+export async function keep(page, name) {
+  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
+}
+
+/** The studio at a path of the server, with its first picture. */
+export async function openStudio({ browser, server }, path = '/', options) {
+  const page = await openPage(browser, server.address + path, options)
+  await finalFrame(page)
   return page
 }
 
