@@ -143,6 +143,7 @@ TEST(Lifecycle, TermUnderLoadBreaksNoReplyAndLosesNoUpload) {
     std::mutex mutex;
     {
         RelitProcess relitd({.flags = {"--log-level=warn"}, .data_dir = folder.path()});
+        const long before_mib = relitd.peak_memory_mib();
         std::atomic<int> good{0}, broken{0};
         const auto load = [&](int client) {
             for (int i = 0; i < 100'000; ++i) try {
@@ -169,6 +170,7 @@ TEST(Lifecycle, TermUnderLoadBreaksNoReplyAndLosesNoUpload) {
         std::vector<std::jthread> clients;
         for (int client = 0; client < 16; ++client) clients.emplace_back(load, client);
         std::this_thread::sleep_for(500ms);
+        EXPECT_LT(relitd.peak_memory_mib(), before_mib + 100);
         const auto start = Clock::now();
         relitd.signal(SIGTERM);
         EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
