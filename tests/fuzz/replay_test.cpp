@@ -68,7 +68,7 @@ protected:
     // Half a second each.
     [[nodiscard]] int rounds() const {
         const std::string_view name = GetParam().name;
-        return name == "http" ? 500 : name == "decode" ? 5000 : 10000;
+        return name == "http" ? 500 : name == "decode" || name == "render" ? 5000 : 10000;
     }
     void run(const std::string& input) const {
         try {
