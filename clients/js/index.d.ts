@@ -213,7 +213,8 @@ export interface FrameDetail extends Picture {
  * A drag asks for quick pictures (JPEG; PNG where something is transparent; WebP where the way is slow), the largest that come
  * in time, and for the final one (PNG, all pixels) when the hand has let go or rests for 150 ms. At most one request is under
  * way and one scene waits, whose place a newer one takes; while the server is away it is asked again after 0.25 s, and twice as
- * long each time up to 8 s. Nothing is eased or moves by itself, so that prefers-reduced-motion has nothing to change.
+ * long each time up to 8 s; an address in `src` that does not answer is given up after six times. Nothing is eased or moves by
+ * itself, so that prefers-reduced-motion has nothing to change.
  *
  * Arrow keys move the light by 2 % of the picture's width, with Shift by 10 %; Page Up and Page Down a point light nearer and
  * farther. A pointerdown or keydown whose default was prevented on its way in (capture) is left alone.

@@ -12,7 +12,7 @@ export class RelitError extends Error {
 
 async function checked(answer, options) {
   const reply = await answer.catch((error) => {
-    throw options?.signal?.aborted ? error : new RelitError('The server does not answer.')
+    throw options?.signal?.aborted ? error : new RelitError((options?.src ?? 'The server') + ' does not answer.')
   })
   const { ok = true, status, headers } = reply
   if (ok) return reply
@@ -121,7 +121,7 @@ function mount(host) {
   let scene = null
   let scale = 1
   let failures = 0
-  let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again, alt, src, server, json, preset, point, sun, env
+  let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again, lost, alt, src, server, json, preset, point, sun, env
 
   const tell = (type, detail) => host.dispatchEvent(new CustomEvent('relit-' + type, { detail, bubbles: true }))
   const index = () => (scene?.lights[active] ? active : handledIndex(scene?.lights ?? []))
@@ -196,7 +196,10 @@ function mount(host) {
     const { client } = host
     let next = job.scene
     if (!next.height && src) {
-      const file = await checked(fetch(src))
+      const file = await checked(fetch(src), { src }).catch((error) => {
+        error.temporary &&= ++lost < 6
+        throw error
+      })
       next = { ...next, height: { image: (await client.upload(await file.blob(), { signal })).id } }
     }
     if (partial(next) || !next.height) {
@@ -261,7 +264,7 @@ function mount(host) {
     waiting = again = pixels = null
     running?.abort()
     resized.disconnect()
-    if (changed) newest = null
+    if (changed) newest = lost = null
     if (!host.isConnected) return
     resized.observe(host)
     ;[alt, src, server, json, preset, point, sun, env] = attributes.map((name) => host.getAttribute(name))
