@@ -138,9 +138,14 @@ export interface Abortable {
 
 /** One server. */
 export class Relit {
-  /** @param server  its address, with a path where it is mounted under one; default: where the module came from */
-  constructor(server?: string)
+  /**
+   * @param server       its address, with a path where it is mounted under one; default: where the module came from
+   * @param options.key  for a server that asks for one: sent with every request. Visitors of the page can read it.
+   */
+  constructor(server?: string, options?: { key?: string | null })
   readonly server: string
+  /** A new one may be set. */
+  key?: string | null
   /** fetch() of a path of the server; what is no success is thrown as a RelitError. */
   fetch(path: string, init?: RequestInit): Promise<Response>
   /** What GET answers, as JSON: get('/v1/presets'). */
@@ -151,7 +156,7 @@ export class Relit {
   scene(scene: Scene, options?: Abortable): Promise<{ scene: Scene; etag: string | null }>
   /** @param options.session  a token: a newer render of the same session stops the older ones, which fail with 409 */
   render(scene: Scene, options?: Abortable & { session?: string }): Promise<Picture>
-  /** The address of the scene's picture, for <img src> and downloads. */
+  /** The address of the scene's picture, for <img src> and downloads. It holds no key: a server with keys wants it signed. */
   url(scene: Scene): string
 }
 
@@ -196,10 +201,11 @@ export interface FrameDetail extends Picture {
 }
 
 /**
- * <relit-image src server scene preset light sun env alt>
+ * <relit-image src server key scene preset light sun env alt>
  *
  * src      id of a stored image, or an address: fetched by the browser and uploaded
  * server   default: where the module came from
+ * key      for a server that asks for one; visitors of the page can read it
  * scene    JSON of a scene, under the other attributes
  * preset   its name
  * light    "x,y,z"; sun: "azimuth,elevation"; env: "id,yaw,pitch"
