@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { test } from 'node:test'
-import { close, finalFrame, keep, openPage, rested, says, staged, violations } from './support.js'
+import { close, drag, finalFrame, keep, openPage, rested, says, staged, violations } from './support.js'
 
 const key = 'studio-0123456789-._~+/='
 const reader = 'reader-0123456789'
@@ -86,5 +86,22 @@ test('who gives no key is told how to be asked again', async () => {
   await page.reload()
   await page.click('#key-leave')
   await says(page, 'Load the page again')
+  await close(page)
+})
+
+test('where its key is withdrawn, the studio asks for another one and shows what was asked for meanwhile', async () => {
+  const page = await opened()
+  const other = 'another-0123456789'
+  await server.setKeys(`${other} render\n`)
+  for (let x = 0.2; x < 0.8 && !(await page.isVisible('#key')); x += 0.02) {
+    await drag(page, [0.5, 0.5], [x, 0.5])
+    await page.waitForTimeout(300)
+  }
+  await asked(page, 'The server does not know this API key.')
+  await give(page, other)
+  await rested(page)
+  const { scene } = await finalFrame(page)
+  const wanted = await page.evaluate(() => document.getElementById('picture').scene.lights[0].position)
+  assert.deepEqual(scene.lights[0].position, wanted)
   await close(page)
 })

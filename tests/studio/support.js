@@ -13,10 +13,11 @@ import { chromium } from 'playwright-core'
 /** relitd with a data folder of its own, which outlives stop() and start(). @param keys  text of its file of API keys */
 export async function startServer({ keys } = {}) {
   const folder = await mkdtemp(join(tmpdir(), 'relit-page-'))
-  if (keys) await writeFile(join(folder, 'keys'), keys, { mode: 0o600 })
   let child
   const server = {
     port: 0,
+    /** Of a server with keys: other ones, which it reads within a second or so. */
+    setKeys: (text) => writeFile(join(folder, 'keys'), text, { mode: 0o600 }),
     async start() {
       const flags = ['--host', '127.0.0.1', '--port', String(server.port), '--data-dir', join(folder, 'data')]
       if (keys) flags.push('--api-keys', join(folder, 'keys'))
@@ -38,6 +39,7 @@ export async function startServer({ keys } = {}) {
       await rm(folder, { recursive: true })
     },
   }
+  if (keys) await server.setKeys(keys)
   await server.start()
   process.on('exit', () => child.kill('SIGKILL'))
   return server
