@@ -124,9 +124,11 @@ void ImageStore::read_folder() {
 }
 
 void ImageStore::make_folders(const Files& files) const {
-    std::error_code error;
-    fs::create_directories(files.folder, error);
-    if (error) {
+    // One by one: a store that somebody has deleted must not come back in part, and look well.
+    for (const fs::path& folder : {files.folder.parent_path(), files.folder}) {
+        std::error_code error;
+        fs::create_directory(folder, error);
+        if (!error) continue;
         errno = error.value();
         fail_storage("make a folder");
     }
