@@ -12,7 +12,7 @@ export class RelitError extends Error {
 
 async function checked(answer, options) {
   const reply = await answer.catch((error) => {
-    throw options?.signal?.aborted ? error : new RelitError('The server does not answer.')
+    throw options?.signal?.aborted ? error : new RelitError((options?.src ?? 'The server') + ' does not answer.')
   })
   const { ok = true, status, headers } = reply
   if (ok) return reply
@@ -28,11 +28,14 @@ const post = (scene, { session, ...options } = {}) => ({
 })
 
 export class Relit {
-  constructor(server) {
+  constructor(server, { key } = {}) {
+    this.key = key
     this.server = (server ?? new URL('.', import.meta.url).href).replace(/\/+$/, '')
   }
   fetch(path, options) {
-    return checked(fetch(this.server + path, options), options)
+    const headers = new Headers(options?.headers)
+    if (this.key) headers.set('Authorization', 'Bearer ' + this.key)
+    return checked(fetch(this.server + path, { ...options, headers }), options)
   }
   async get(path, options) {
     return (await this.fetch(path, options)).json()
@@ -121,7 +124,7 @@ function mount(host) {
   let scene = null
   let scale = 1
   let failures = 0
-  let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again, alt, src, server, json, preset, point, sun, env
+  let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again, lost, alt, src, server, key, json, preset, point, sun, env
 
   const tell = (type, detail) => host.dispatchEvent(new CustomEvent('relit-' + type, { detail, bubbles: true }))
   const index = () => (scene?.lights[active] ? active : handledIndex(scene?.lights ?? []))
@@ -196,7 +199,10 @@ function mount(host) {
     const { client } = host
     let next = job.scene
     if (!next.height && src) {
-      const file = await checked(fetch(src))
+      const file = await checked(fetch(src), { src }).catch((error) => {
+        error.temporary &&= ++lost < 6
+        throw error
+      })
       next = { ...next, height: { image: (await client.upload(await file.blob(), { signal })).id } }
     }
     if (partial(next) || !next.height) {
@@ -261,13 +267,13 @@ function mount(host) {
     waiting = again = pixels = null
     running?.abort()
     resized.disconnect()
-    if (changed) newest = null
+    if (changed) newest = lost = null
     if (!host.isConnected) return
     resized.observe(host)
-    ;[alt, src, server, json, preset, point, sun, env] = attributes.map((name) => host.getAttribute(name))
+    ;[alt, src, server, key, json, preset, point, sun, env] = attributes.map((name) => host.getAttribute(name))
     canvas.ariaLabel = alt
     if (newest) return
-    if (changed === 'server' || !host.client) host.client = new Relit(server)
+    if (/server|key/.test(changed) || !host.client) host.client = new Relit(server, { key })
     const words = (point ?? sun ?? env)?.split(',')
     const next = { ...JSON.parse(json) }
     if (src) next.height = /^[\da-f]{64}$/.test(src) && { image: src }
@@ -283,7 +289,7 @@ function mount(host) {
   }
 }
 
-const attributes = 'alt src server scene preset light sun env'.split(' ')
+const attributes = 'alt src server key scene preset light sun env'.split(' ')
 export class RelitImage extends (globalThis.HTMLElement ?? Object) {
   static observedAttributes = attributes.slice(1)
   #start = mount(this)

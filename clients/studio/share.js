@@ -56,6 +56,7 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
       link: link(),
       element: elementScene(scene, catalogue.defaults),
       size: pictureSize(scene, map),
+      keyed: !!client.key,
     })
   }
 

@@ -204,6 +204,27 @@ test('what the server refuses is told once, and the next scene is shown', async 
   await page.done()
 })
 
+test('an image that does not answer is asked for six times, one that is not there once, and then another is shown', async () => {
+  const page = await open(`<relit-image src="${plato}"></relit-image>`)
+  page.expectTroubles = true // the browser itself puts what failed on the console
+  const given = async (src) => {
+    await element(page, (image, src) => { image.setAttribute('src', src) }, src)
+    await page.waitForFunction(() => seen.errors.at(-1)?.again === null, null, { timeout: 30_000 })
+    await rested(page)
+    return page.evaluate(() => seen.errors.splice(0))
+  }
+  const away = 'http://127.0.0.1:1/relief.png'
+  const told = await given(away)
+  assert.deepEqual(told.map(({ again }) => again), [250, 500, 1000, 2000, 4000, null])
+  assert.ok(told.every(({ status, message }) => status === 0 && message === away + ' does not answer.'))
+  assert.deepEqual((await given('none.png')).map(({ status }) => status), [404])
+  await element(page, (image) => { image.setAttribute('src', 'relief.png') })
+  await page.waitForFunction(() => seen.recoveries === 1)
+  await rested(page)
+  assert.ok((await page.evaluate(() => seen.frames.at(-1))).final)
+  await page.done()
+})
+
 test('latest wins: one request under way, and every picture that is shown is newer than the one before', async () => {
   const proxy = await startProxy(server.address)
   proxy.delay_ms = 40

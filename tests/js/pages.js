@@ -21,8 +21,8 @@ const watching = `
   addEventListener('relit-recovery', () => ++seen.recoveries)`
 
 /** As staged(), with a site of another origin: {server, browser, site, pages}. */
-export async function stagedSite() {
-  const stage = await staged()
+export async function stagedSite(options) {
+  const stage = await staged(options)
   const pages = {}
   const site = await startSite(pages)
   after(site.close)

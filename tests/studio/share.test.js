@@ -3,7 +3,6 @@
 import assert from 'node:assert/strict'
 import { execFileSync } from 'node:child_process'
 import { mkdtemp, readFile, rm } from 'node:fs/promises'
-import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, test } from 'node:test'
@@ -11,7 +10,7 @@ import { fileURLToPath } from 'node:url'
 import { lightControls, sceneControls } from '../../clients/studio/controls.js'
 import { readFields } from '../../clients/studio/fields.js'
 import { decodePng } from '../../clients/studio/png.js'
-import { close, drag, finalFrame, keep, openStudio, rested, sceneNow, staged, withoutTrouble } from './support.js'
+import { close, drag, finalFrame, keep, openStudio, rested, sceneNow, staged, violations, withoutTrouble } from './support.js'
 
 const stage = await staged()
 const { server } = stage
@@ -253,27 +252,6 @@ test('every field of a scene has a control, within what the server takes', async
     if (kind === 'choice') assert.deepEqual(Object.keys(names).sort(), [...known.choices].sort(), field)
   }
 })
-
-const axe = createRequire(import.meta.url).resolve('axe-core')
-async function violations(page) {
-  await page.evaluate(await readFile(axe, 'utf8'))
-  const { violations, passes } = await page.evaluate(() =>
-    globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice'] }),
-  )
-  assert.ok(
-    passes.some(({ id, nodes }) => id === 'color-contrast' && nodes.length),
-    'contrast was looked at',
-  )
-  return violations
-    .filter(({ impact }) => impact === 'serious' || impact === 'critical')
-    .map(
-      ({ id, nodes }) =>
-        `${id}: ${nodes
-          .slice(0, 4)
-          .map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`)
-          .join(' | ')}`,
-    )
-}
 
 test('axe finds no serious violation: light, dark, phone, dialog, with all that can be opened', async () => {
   for (const [name, options] of Object.entries({

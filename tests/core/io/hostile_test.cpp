@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/base/sanitized.h"
 #include "core/io/decode.h"
 #include "tests/core/io/fixtures.h"
 #include "tests/support/encoded.h"
@@ -21,12 +22,6 @@ namespace relit {
 namespace {
 
 using namespace relit::test;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 Image picture(int channels) {
     Image image(24, 20, channels);
