@@ -180,7 +180,7 @@ Reply get_batch_frame(const Request& request, Services& services) {
     }
     if (frame.state != FrameState::done)
         throw Error(error_code::conflict, "The frame is not finished yet.");
-    const std::string etag = '"' + frame.result.file + '"';
+    const std::string etag = fmt::format("\"{}\"", ResultFiles::content_hash(frame.result.file));
     if (has_etag(request, etag)) return not_modified(etag, immutable);
     Reply reply{
         .content_type = frame.result.media_type,

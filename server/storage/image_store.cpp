@@ -139,10 +139,11 @@ void ImageStore::make_folders(const Files& files) const {
 void ImageStore::write_files(const Files& files, std::string_view bytes, const ImageInfo& info,
                              FileTime time) const {
     make_folders(files);
-    TemporaryFile facts(folder_ / "incoming", image_info_text(info), time);
-    TemporaryFile image(folder_ / "incoming", bytes, time);
-    facts.sync();
-    image.sync();
+    TemporaryFile facts(folder_ / "incoming"), image(folder_ / "incoming");
+    facts.append(image_info_text(info));
+    image.append(bytes);
+    facts.sync(time);
+    image.sync(time);
     try {
         facts.rename_to(files.facts);
         image.rename_to(files.image);  // from here on it exists
@@ -309,9 +310,9 @@ std::optional<ImageInfo> ImageStore::read_facts(const std::string& id) const {
     if (!bytes) return std::nullopt;
     const auto info = settings_.read_info(*bytes);
     try {
-        TemporaryFile facts(folder_ / "incoming", image_info_text(info),
-                            std::chrono::system_clock::now());
-        facts.sync();
+        TemporaryFile facts(folder_ / "incoming");
+        facts.append(image_info_text(info));
+        facts.sync(std::chrono::system_clock::now());
         const std::scoped_lock lock(mutex_);
         if (index_.find(id)) facts.rename_to(files.facts);
     } catch (const Error&) {  // logged; the facts are known all the same
