@@ -9,6 +9,7 @@ namespace relit::fuzz {
 
 void scene(std::string_view input);       ///< the JSON of a scene
 void batch(std::string_view input);       ///< the JSON of a batch
+void render(std::string_view input);      ///< the JSON of a scene over small maps (render.cpp)
 void parameters(std::string_view input);  ///< a GET's target; then its headers, a line each
 void multipart(std::string_view input);   ///< a form's content type; after a line's end its body
 void http(std::string_view input);  ///< bytes of a connection, cut as the first line says (http.cpp)
@@ -20,7 +21,7 @@ struct Target {
 };
 
 inline constexpr Target targets[] = {
-    {"scene", scene},         {"batch", batch}, {"parameters", parameters},
+    {"scene", scene},         {"batch", batch}, {"render", render}, {"parameters", parameters},
     {"multipart", multipart}, {"http", http},   {"decode", decode}};
 
 }  // namespace relit::fuzz

@@ -14,14 +14,13 @@ namespace {
 constexpr int short_lanes = register_size / 2;
 using ShortVector = short __attribute__((vector_size(register_size)));
 using UnsignedShortVector = unsigned short __attribute__((vector_size(register_size)));
-using UnalignedShorts = short __attribute__((vector_size(register_size), aligned(2), may_alias));
-using UnalignedUnsignedShorts =
-    unsigned short __attribute__((vector_size(register_size), aligned(2), may_alias));
 using HalfOfShorts = short __attribute__((vector_size(register_size / 2)));
-using UnalignedHalfOfShorts =
-    short __attribute__((vector_size(register_size / 2), aligned(2), may_alias));
-using UnalignedHalfOfUnsignedShorts =
-    unsigned short __attribute__((vector_size(register_size / 2), aligned(2), may_alias));
+using HalfOfUnsignedShorts = unsigned short __attribute__((vector_size(register_size / 2)));
+// As UnalignedFloats (wide_vector.h).
+using UnalignedShorts __attribute__((aligned(2), may_alias)) = ShortVector;
+using UnalignedUnsignedShorts __attribute__((aligned(2), may_alias)) = UnsignedShortVector;
+using UnalignedHalfOfShorts __attribute__((aligned(2), may_alias)) = HalfOfShorts;
+using UnalignedHalfOfUnsignedShorts __attribute__((aligned(2), may_alias)) = HalfOfUnsignedShorts;
 using UnsignedVector = unsigned __attribute__((vector_size(register_size)));
 
 struct Shorts {
@@ -76,7 +75,7 @@ RELIT_INLINE Shorts broadcast_pair(const short* p) {
     return {(ShortVector)(IntVector{} + pair)};
 }
 RELIT_INLINE void store(int* p, Ints a) {
-    using Unaligned = int __attribute__((vector_size(register_size), aligned(4), may_alias));
+    using Unaligned __attribute__((aligned(4), may_alias)) = IntVector;
     *(Unaligned*)p = a.v;
 }
 

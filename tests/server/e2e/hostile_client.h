@@ -18,6 +18,7 @@ inline constexpr bool sanitized = true;
 #else
 inline constexpr bool sanitized = false;
 #endif
+inline constexpr int slower = sanitized ? 10 : 1;
 
 /// One server for all tests of a suite. After each of them it is well, and in between its memory has
 /// never been more than a little above what it was.

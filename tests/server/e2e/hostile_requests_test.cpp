@@ -166,7 +166,7 @@ TEST_F(HostileRequest, FormsThatAbuseTheirFormAreRefused) {
         const HttpReply reply = send("POST", "/v1/render", form.body,
                                      {{"Content-Type", "multipart/form-data; boundary=b"}});
         expect_refused(reply, form.status, "/problems/");
-        EXPECT_LT(std::chrono::steady_clock::now() - start, 3s);
+        EXPECT_LT(std::chrono::steady_clock::now() - start, slower * 3s);
     }
     for (const std::string type :
          {"multipart/form-data", "multipart/form-data; boundary=",
@@ -239,7 +239,7 @@ TEST_F(HostileRequest, AbsurdScenesAreRefusedBeforeWorkIsDone) {
         const auto start = std::chrono::steady_clock::now();
         expect_refused(send("POST", "/v1/render", scene_with(scene.rest)), scene.status,
                        scene.says);
-        EXPECT_LT(std::chrono::steady_clock::now() - start, 1s) << scene.says;
+        EXPECT_LT(std::chrono::steady_clock::now() - start, slower * 1s) << scene.says;
     }
 }
 
