@@ -1,7 +1,6 @@
 // relitd: the settings, the services and the transport put together; and how it stops.
 #include <poll.h>
 #include <pthread.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
@@ -19,6 +18,7 @@
 #include "server/decoding/decode_helper.h"
 #include "server/decoding/decode_pool.h"
 #include "server/http/server.h"
+#include "server/logging/log.h"
 #include "server/routes/images.h"
 #include "server/routes/routes.h"
 #include "server/samples/samples.h"
@@ -30,15 +30,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void start_log(const Config& config) {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("relitd"));
-    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
-    spdlog::set_level(
-        spdlog::level::from_str(config.log_level == "error" ? "err" : config.log_level));
-    std::string settings;
-    for (const auto& [name, value] : config.settings)
-        settings += fmt::format(" {}={}", name, value);
-    spdlog::info("settings{}", settings);
+void begin_log(const Config& config) {
+    start_log(config.log_format,
+              spdlog::level::from_str(config.log_level == "error" ? "err" : config.log_level));
+    std::vector<LogField> fields;
+    for (const auto& [name, value] : config.settings) fields.push_back({name, value, "settings"});
+    log_event(spdlog::level::info, "settings", fields);
 }
 
 // One descriptor per connection, and some for files.
@@ -183,7 +180,8 @@ int run(const Config& config, int signals) {
                       {},
                       Access({.api_keys = config.api_keys,
                               .rate_limit = limits.rate_limit,
-                              .rate_burst = limits.rate_burst})};
+                              .rate_burst = limits.rate_burst}),
+                      config.log_slow};
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);
@@ -211,7 +209,7 @@ int main(int argc, char** argv) {
     const int signals = block_stop_signals();
     raise_descriptor_limit();
     try {
-        start_log(config);
+        begin_log(config);
         return run(config, signals);
     } catch (const std::exception& error) {
         std::cerr << "relitd: " << error.what() << '\n';

@@ -28,7 +28,8 @@ auto found(const ImageSource& source, const Find& find) {
     try {
         return find();
     } catch (const Error& e) {
-        throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "");
+        throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "",
+                    e.limit);
     }
 }
 
