@@ -1,4 +1,5 @@
 // relitd: the settings, the services and the transport put together; and how it stops.
+#include <malloc.h>
 #include <poll.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
@@ -7,6 +8,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -44,6 +46,13 @@ void raise_descriptor_limit() {
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
     limit.rlim_cur = limit.rlim_max;
     ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+// The C library gives threads up to eight heaps a processor, and each keeps what it took at its worst
+// moment: connections have a thread each, but no more of them work at once than there are processors.
+void limit_heaps() {
+    const int processors = int(std::thread::hardware_concurrency());
+    ::mallopt(M_ARENA_MAX, std::max(2, processors));
 }
 
 // Signals come as data to the main thread. Before the first thread is made: all inherit this.
@@ -208,6 +217,7 @@ int main(int argc, char** argv) {
     if (exit_status) return *exit_status;
     const int signals = block_stop_signals();
     raise_descriptor_limit();
+    limit_heaps();
     try {
         begin_log(config);
         return run(config, signals);

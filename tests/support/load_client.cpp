@@ -11,6 +11,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
@@ -153,8 +154,8 @@ private:
             lines_.push_back(std::make_unique<Line>(settings_.port, epoll_));
             free_.push_back(lines_.back().get());
         }
-        Line* const line = free_.back();
-        free_.pop_back();
+        Line* const line = free_.front();  // in turn: none is idle for so long that it is closed
+        free_.pop_front();
         line->send(settings_.request);
     }
 
@@ -196,7 +197,7 @@ private:
     const int epoll_;
     Clock::time_point begin_;
     std::vector<std::unique_ptr<Line>> lines_;
-    std::vector<Line*> free_;
+    std::deque<Line*> free_;
     LoadResult result_;
     int silent_ = 0;
 };

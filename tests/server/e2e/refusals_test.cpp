@@ -26,7 +26,7 @@ protected:
         connection.send(request + smuggled + smuggled);
         HttpReply reply = connection.receive(request.starts_with("HEAD "));
         EXPECT_EQ(reply.header("connection"), "close") << request.substr(0, 80);
-        EXPECT_FALSE(reply.header("relit-request-id").empty());
+        EXPECT_FALSE(reply.header("x-request-id").empty());
         EXPECT_TRUE(connection.ends_within(500ms)) << request.substr(0, 80);
         return reply;
     }
@@ -117,7 +117,7 @@ TEST_F(Refusals, LongPathsAreOnlyNotFound) {
 TEST_F(Refusals, NothingAClientSendsComesBackInAHeader) {
     const auto reply =
         http(relitd->port(), "GET", "/v1/version?a=b%0d%0aX-Injected:1", "",
-             {{"Relit-Request-Id", "abc%0d%0aX-Injected: 1"}, {"Origin", "x%0d%0aX-Injected: 1"}});
+             {{"X-Request-Id", "abc%0d%0aX-Injected: 1"}, {"Origin", "x%0d%0aX-Injected: 1"}});
     EXPECT_EQ(reply.status, 200);
     EXPECT_EQ(reply.headers.count("x-injected"), 0u);
 }
