@@ -15,6 +15,7 @@ namespace relit::server {
 namespace {
 
 constexpr std::chrono::seconds last_patience{1};
+constexpr std::chrono::milliseconds gather_for{2};  // waking a thread costs more than a line
 
 // All of it, or as much as the other end takes before it is gone.
 void write_all(int descriptor, std::string_view text) {
@@ -51,6 +52,7 @@ struct LineWriter::State {
     std::string waiting;
     std::uint64_t lost = 0;
     bool writing = false;
+    int hurrying = 0;  // who waits until all is written
     bool ending = false;
 };
 
@@ -71,17 +73,22 @@ void LineWriter::add(std::string_view line) {
         ++state_->lost;
         return;
     }
+    const bool first = state_->waiting.empty();
     state_->waiting += line;
-    if (!state_->writing) state_->there.notify_one();
+    if (first) state_->there.notify_one();
 }
 
 bool LineWriter::flush(std::chrono::milliseconds patience) {
     std::unique_lock lock(state_->mutex);
-    return state_->empty.wait_for(lock, patience,
-                                  [&] { return state_->waiting.empty() && !state_->writing; });
+    ++state_->hurrying;
+    state_->there.notify_one();
+    const bool all = state_->empty.wait_for(
+        lock, patience, [&] { return state_->waiting.empty() && !state_->writing; });
+    --state_->hurrying;
+    return all;
 }
 
-// Everything that has come while the last piece was written goes in one piece.
+// Everything that has come within a moment, or while the last piece was written, goes in one piece.
 void LineWriter::write(const std::shared_ptr<State>& state) {
     ignore_broken_pipes();
     std::string piece;
@@ -89,6 +96,8 @@ void LineWriter::write(const std::shared_ptr<State>& state) {
     for (;;) {
         state->there.wait(lock, [&] { return !state->waiting.empty() || state->ending; });
         if (state->waiting.empty()) return;
+        state->there.wait_for(lock, gather_for,
+                              [&] { return state->hurrying > 0 || state->ending; });
         piece.clear();
         std::swap(piece, state->waiting);
         const auto lost = std::exchange(state->lost, 0);
