@@ -38,6 +38,8 @@ std::vector<LogField> fields_of(const Request& request, const RequestOutcome& ou
         {"status", std::int64_t(outcome.status)},
         {"bytes", std::int64_t(outcome.body_bytes)},
         {"duration_ms", outcome.total.count()}};
+    if (outcome.received.count() > 0)
+        fields.push_back({"receive", outcome.received.count(), "spans_ms"});
     for (const Span& span : request.spans)
         fields.push_back({span.stage, span.took.count(), "spans_ms"});
     fields.push_back({"send", (outcome.total - outcome.made).count(), "spans_ms"});

@@ -14,9 +14,11 @@ namespace relit::server {
 struct RequestOutcome {
     int status = 0;
     std::string_view error_code = {};
-    std::uint64_t body_bytes = 0;                       ///< of the reply
-    bool streamed = false;                              ///< made while it was sent
-    bool disconnected = false;                          ///< the client was gone before its end
+    std::uint64_t body_bytes = 0;  ///< of the reply
+    bool streamed = false;         ///< made while it was sent
+    bool disconnected = false;     ///< the client was gone before its end
+    std::chrono::duration<double, std::milli>
+        received{};  ///< from its head to its body; 0: it has none
     std::chrono::duration<double, std::milli> made{};   ///< from its head to its reply
     std::chrono::duration<double, std::milli> total{};  ///< to the reply's last byte
 };

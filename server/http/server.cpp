@@ -269,7 +269,7 @@ struct Server::Impl {
     Reply do_request(Exchange& exchange) {
         Request& request = exchange.request;
         const auto now = Exchange::Clock::now();
-        if (exchange.head.has_body()) request.spans.push_back({"receive", now - exchange.began});
+        if (exchange.head.has_body()) exchange.outcome.received = now - exchange.began;
         request.deadline = now + limits.render_timeout;
         Reply reply = dispatch(router, request, services);
         request.body = std::string();  // the reply may take long to send

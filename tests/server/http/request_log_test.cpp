@@ -61,14 +61,16 @@ protected:
 
 TEST_F(RequestLog, SaysWhatWasAskedWhatCameOfItAndWhereTheTimeWent) {
     begin(LogFormat::json);
-    log_request(a_request(), {.status = 200, .body_bytes = 1234, .made = 22ms, .total = 25ms}, 0ms);
+    log_request(a_request(),
+                {.status = 200, .body_bytes = 1234, .received = 500us, .made = 22ms, .total = 25ms},
+                0ms);
     const auto all = lines();
     ASSERT_EQ(all.size(), 1u);
     json line = json::parse(all[0]);
     line.erase("time");
     EXPECT_EQ(line, json::parse(R"({"level": "info", "message": "request", "id": "request-7",
         "method": "GET", "path": "/v1/images/ab/relit.png", "status": 200, "bytes": 1234,
-        "duration_ms": 25.0, "spans_ms": {"queue": 1.0, "render": 20.0, "send": 3.0},
+        "duration_ms": 25.0, "spans_ms": {"receive": 0.5, "queue": 1.0, "render": 20.0, "send": 3.0},
         "client": "127.0.0.1", "key": "gallery", "trace": "trace", "span": "ours",
         "parent_span": "caller"})"));
 }

@@ -95,7 +95,8 @@ TEST(LineWriter, EndsThoughNobodyReads) {
         writer.add(std::string(1 << 20, 'x'));
     }
     EXPECT_LT(Clock::now() - start, 5s);
-    pipe.close(0);  // which ends the write that still waits
+    pipe.close(0);      // which ends the write that still waits
+    pipe.ends[1] = -1;  // and whose this end is
 }
 
 TEST(LineWriter, OutlivesItsReader) {
