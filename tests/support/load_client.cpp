@@ -20,6 +20,7 @@ namespace relit::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds most_late{50};
 
 double seconds_between(Clock::time_point a, Clock::time_point b) {
     return std::chrono::duration<double>(b - a).count();
@@ -55,6 +56,7 @@ public:
 
     void send(std::string_view request) {
         sent_ = Clock::now();
+        busy_ = true;
         head_size_ = body_left_ = 0;
         if (::send(socket_, request.data(), request.size(), MSG_NOSIGNAL) != ssize_t(request.size()))
             broken_ = true;
@@ -83,6 +85,8 @@ public:
 
     [[nodiscard]] Clock::time_point sent() const { return sent_; }
     [[nodiscard]] bool broken() const { return broken_; }
+    [[nodiscard]] bool busy() const { return busy_; }
+    void rest() { busy_ = false; }
     [[nodiscard]] int status() const { return status_; }
     [[nodiscard]] bool may_retry() const { return may_retry_; }
 
@@ -105,6 +109,7 @@ private:
     std::size_t length_ = 0;
     int status_ = 0;
     bool may_retry_ = false;
+    bool busy_ = false;  // with a request
     bool broken_ = false;
 };
 
@@ -130,7 +135,8 @@ public:
                 begin_ + std::chrono::duration_cast<Clock::duration>(double(number) * period);
             if (due >= end) break;
             receive_until(due);
-            send_one();
+            if (Clock::now() - due > most_late) ++result_.not_sent;  // the machine stood still
+            else send_one();
         }
         while (free_.size() < lines_.size()) {
             const auto before = result_.admitted.size() + result_.refused.size();
@@ -162,8 +168,7 @@ private:
     // Takes what comes until then, or the first that comes.
     void receive_until(Clock::time_point due, bool any = false) {
         for (;;) {
-            const auto left = due - Clock::now();
-            if (left <= Clock::duration::zero()) return;
+            const auto left = std::max(due - Clock::now(), Clock::duration::zero());
             const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(left).count();
             const timespec patience{.tv_sec = ns / 1'000'000'000, .tv_nsec = ns % 1'000'000'000};
             std::array<epoll_event, 64> events;
@@ -171,12 +176,13 @@ private:
                 ::epoll_pwait2(epoll_, events.data(), int(events.size()), &patience, nullptr);
             for (int i = 0; i < count; ++i)
                 take(static_cast<Line*>(events[std::size_t(i)].data.ptr));
-            if (any && count > 0) return;
+            if (Clock::now() >= due || (any && count > 0)) return;
         }
     }
 
     void take(Line* line) {
         if (!line->receive()) return;
+        if (!line->busy()) return drop(line);  // it was idle for too long
         const auto now = Clock::now();
         const LoadResult::Answer answer{seconds_between(begin_, line->sent()),
                                         1000 * seconds_between(line->sent(), now)};
@@ -184,6 +190,7 @@ private:
             (line->status() == 503 && !line->may_retry()))
             ++result_.others;
         else (line->status() == 200 ? result_.admitted : result_.refused).push_back(answer);
+        line->rest();
         if (line->broken()) drop(line);
         else free_.push_back(line);
     }

@@ -25,9 +25,9 @@ struct LoadResult {
     std::vector<Answer> admitted;  ///< 200
     std::vector<Answer> refused;   ///< 503 with Retry-After
     int others = 0;                ///< other statuses, 503 without Retry-After, broken connections
-    int not_sent = 0;
-    double seconds = 0;       ///< until the last answer
-    double client_cpu_s = 0;  ///< of the client itself, in all
+    int not_sent = 0;              ///< no connection was free, or it was 50 ms too late for it
+    double seconds = 0;            ///< until the last answer
+    double client_cpu_s = 0;       ///< of the client itself, in all
 };
 
 /// @throws std::runtime_error when nothing comes for 10 s
