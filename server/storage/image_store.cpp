@@ -197,7 +197,8 @@ std::vector<std::string> ImageStore::make_room(std::uint64_t size_bytes) {
         throw Error(error_code::storage_full,
                     fmt::format("The image has {} bytes, and all stored images together may have "
                                 "{} (max-storage).",
-                                size_bytes, max));
+                                size_bytes, max),
+                    {}, "max-storage");
     const std::uint64_t wanted = index_.size_bytes() + arriving_bytes_ + size_bytes;
     if (wanted <= max) return {};
     auto ids = index_.least_recent(wanted - max);
@@ -205,7 +206,8 @@ std::vector<std::string> ImageStore::make_room(std::uint64_t size_bytes) {
         throw Error(error_code::storage_full,
                     fmt::format("There is no room left to store images: together they may have {} "
                                 "bytes (max-storage), and those in use cannot go.",
-                                max));
+                                max),
+                    {}, "max-storage");
     for (const std::string& id : *ids) {
         unlink_stored(id);
         ++evicted_;
