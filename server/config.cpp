@@ -133,6 +133,21 @@ void add_settings(CLI::App& app, Config& config) {
         ->default_str(std::string(name_of(config.simd)));
     setting(app, "--log-level", config.log_level, "How much to log")
         ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
+    app.add_option_function<std::string>(
+           "--log-format",
+           [&config](const std::string& name) {
+               config.log_format = name == "json" ? LogFormat::json : LogFormat::text;
+           },
+           "Lines of the log as text, or json: an object each")
+        ->envname(variable_of("--log-format"))
+        ->default_str("text")
+        ->check(CLI::IsMember({"text", "json"}));
+    app.add_option_function<int>(
+           "--log-slow", [&config](int ms) { config.log_slow = std::chrono::milliseconds(ms); },
+           "Warn of requests that take as long, in milliseconds; 0: never")
+        ->envname(variable_of("--log-slow"))
+        ->default_str("0")
+        ->check(CLI::Range(0, 86'400'000));
 
     app.add_option_function<std::string>(
            "--cors-origins",
@@ -193,6 +208,8 @@ void add_settings(CLI::App& app, Config& config) {
     size_setting(app, "--max-body-memory", limits.max_body_memory_bytes,
                  "All bodies under way together");
     setting(app, "--max-parts", limits.max_parts, "Parts of a form")->check(count);
+    size_setting(app, "--max-part-head-bytes", limits.max_part_head_bytes,
+                 "Headers of each of them");
     size_setting(app, "--max-storage", limits.max_storage_bytes,
                  "All stored images together; the least recently used ones go first");
     size_setting(app, "--max-cache", limits.max_cache_bytes,
@@ -204,6 +221,12 @@ void add_settings(CLI::App& app, Config& config) {
         ->check(pixels);
     setting(app, "--max-image-side", limits.max_image_side, "Width and height of an image")
         ->check(CLI::Range(1, 32768));
+    setting(app, "--max-image-channels", limits.max_image_channels, "Channels of an image")
+        ->check(CLI::Range(1, 4));
+    setting(app, "--max-image-values", limits.max_image_values, "Pixels times channels of an image")
+        ->check(pixels);
+    setting(app, "--max-tile-bytes", limits.max_tile_bytes, "A tile of an image, uncompressed")
+        ->check(pixels);
     setting(app, "--max-environment-pixels", limits.max_environment_pixels,
             "Pixels of an environment")
         ->check(pixels);

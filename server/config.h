@@ -2,6 +2,7 @@
 // hidden, and nothing unknown accepted.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "core/base/simd.h"
 #include "server/http/cors.h"
 #include "server/limits.h"
+#include "server/logging/log.h"
 
 namespace relit::server {
 
@@ -22,6 +24,8 @@ struct Config {
     int threads = 0;  ///< 0: one per processor
     Simd simd = best_simd();
     std::string log_level = "info";
+    LogFormat log_format = LogFormat::text;
+    std::chrono::milliseconds log_slow{0};  ///< requests that take longer are warned of; 0: none
     CorsPolicy cors;
     std::filesystem::path api_keys;  ///< the file of keys; empty: none are asked for
     bool insecure = false;           ///< listen to other machines though no keys are asked for

@@ -27,11 +27,15 @@ struct Limits {
     std::size_t max_body_memory_bytes = 1u << 30;  ///< bodies of all requests in flight
     JsonLimits json;                               ///< settings max-json-depth, max-json-values
     int max_parts = 80;                            ///< of a multipart/form-data body
+    std::size_t max_part_head_bytes = 8 << 10;     ///< of each of them
 
     // What images and scenes may ask for.
     std::int64_t max_image_pixels = 64LL << 20;
     std::int64_t max_interlaced_pixels = 32LL << 20;  ///< of files that a decoder holds whole
     int max_image_side = 32768;
+    int max_image_channels = 4;
+    std::int64_t max_image_values = 192LL << 20;  ///< pixels times channels
+    std::int64_t max_tile_bytes = 64LL << 20;     ///< of a tiled file's tile
     std::int64_t max_environment_pixels = 32LL << 20;
     std::int64_t max_output_pixels = 64LL << 20;
     int max_lights = 64;
@@ -94,6 +98,9 @@ struct Limits {
     decode.max_pixels = limits.max_image_pixels;
     decode.max_interlaced_pixels = std::min(limits.max_interlaced_pixels, limits.max_image_pixels);
     decode.max_side = limits.max_image_side;
+    decode.max_channels = limits.max_image_channels;
+    decode.max_values = limits.max_image_values;
+    decode.max_tile_bytes = limits.max_tile_bytes;
     return decode;
 }
 

@@ -1,13 +1,14 @@
 // relitd: the settings, the services and the transport put together; and how it stops.
+#include <malloc.h>
 #include <poll.h>
 #include <pthread.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -19,6 +20,7 @@
 #include "server/decoding/decode_helper.h"
 #include "server/decoding/decode_pool.h"
 #include "server/http/server.h"
+#include "server/logging/log.h"
 #include "server/routes/images.h"
 #include "server/routes/routes.h"
 #include "server/samples/samples.h"
@@ -30,15 +32,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void start_log(const Config& config) {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("relitd"));
-    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
-    spdlog::set_level(
-        spdlog::level::from_str(config.log_level == "error" ? "err" : config.log_level));
-    std::string settings;
-    for (const auto& [name, value] : config.settings)
-        settings += fmt::format(" {}={}", name, value);
-    spdlog::info("settings{}", settings);
+void begin_log(const Config& config) {
+    start_log(config.log_format,
+              spdlog::level::from_str(config.log_level == "error" ? "err" : config.log_level));
+    std::vector<LogField> fields;
+    for (const auto& [name, value] : config.settings) fields.push_back({name, value, "settings"});
+    log_event(spdlog::level::info, "settings", fields);
 }
 
 // One descriptor per connection, and some for files.
@@ -47,6 +46,13 @@ void raise_descriptor_limit() {
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
     limit.rlim_cur = limit.rlim_max;
     ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+// The C library gives threads up to eight heaps a processor, and each keeps what it took at its worst
+// moment: connections have a thread each, but no more of them work at once than there are processors.
+void limit_heaps() {
+    const int processors = int(std::thread::hardware_concurrency());
+    ::mallopt(M_ARENA_MAX, std::max(2, processors));
 }
 
 // Signals come as data to the main thread. Before the first thread is made: all inherit this.
@@ -183,7 +189,8 @@ int run(const Config& config, int signals) {
                       {},
                       Access({.api_keys = config.api_keys,
                               .rate_limit = limits.rate_limit,
-                              .rate_burst = limits.rate_burst})};
+                              .rate_burst = limits.rate_burst}),
+                      config.log_slow};
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);
@@ -210,8 +217,9 @@ int main(int argc, char** argv) {
     if (exit_status) return *exit_status;
     const int signals = block_stop_signals();
     raise_descriptor_limit();
+    limit_heaps();
     try {
-        start_log(config);
+        begin_log(config);
         return run(config, signals);
     } catch (const std::exception& error) {
         std::cerr << "relitd: " << error.what() << '\n';

@@ -69,6 +69,12 @@ void write_http(std::string& text, const Metrics& metrics) {
     metrics.errors.each([&](std::string_view code, const Count& count) {
         write_sample(text, "relit_errors_total", {{"code", std::string(code)}}, count.load());
     });
+    write_head(text, "relit_limit_refusals_total", "counter",
+               "Refusals because of a limit, by its setting.");
+    metrics.limit_refusals.each([&](std::string_view limit, const Count& count) {
+        write_sample(text, "relit_limit_refusals_total", {{"limit", std::string(limit)}},
+                     count.load());
+    });
     write_head(text, "relit_request_seconds", "histogram",
                "Time from a whole request to its reply, before sending it.");
     metrics.request_times.each([&](std::string_view route, const Histogram& times) {

@@ -118,6 +118,7 @@ struct Metrics {
     Family<RequestLabels, Count> requests;
     Family<std::string_view, Histogram> request_times;  ///< by route, until the reply is made
     Family<std::string_view, Count> errors;             ///< by code
+    Family<std::string_view, Count> limit_refusals;     ///< by the setting behind them
     std::array<Histogram, render_stage_names.size()> stage_times;  ///< by RenderStage
     std::array<Count, render_result_names.size()> renders{};       ///< by RenderResult
     std::array<Count, 2> batch_frames{};                           ///< done, failed

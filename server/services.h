@@ -27,13 +27,14 @@ struct Services {
     SharedCache& cache;  ///< decoded maps, and what is made of them, that requests share
     Metrics& metrics;
     Limits limits;
-    ImageDecoder decoder;               ///< of everything that comes from outside
-    CorsPolicy cors;                    ///< which pages of other origins may read replies
-    std::filesystem::path data_dir;     ///< has to be writable for /readyz
-    Simd simd = best_simd();            ///< what renders run on; pictures are the same with any
-    std::atomic<bool> draining{false};  ///< set once, when the server takes no more work
-    std::atomic<bool> stopping{false};  ///< set once, when it takes no more connections
-    Access access = {};                 ///< who may do what
+    ImageDecoder decoder;                   ///< of everything that comes from outside
+    CorsPolicy cors;                        ///< which pages of other origins may read replies
+    std::filesystem::path data_dir;         ///< has to be writable for /readyz
+    Simd simd = best_simd();                ///< what renders run on; pictures are the same with any
+    std::atomic<bool> draining{false};      ///< set once, when the server takes no more work
+    std::atomic<bool> stopping{false};      ///< set once, when it takes no more connections
+    Access access = {};                     ///< who may do what
+    std::chrono::milliseconds log_slow{0};  ///< requests that take longer are warned of; 0: none
 };
 
 }  // namespace relit::server

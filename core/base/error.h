@@ -15,13 +15,19 @@ namespace relit {
 /// `code` is a stable slug in kebab-case (constants below and in server/http/problem.h).
 /// `what()` is the sentence: it names the field or the limit, never a path or an internal.
 /// `pointer` is an RFC 6901 pointer into the JSON that was sent, or empty.
+/// `limit` is the setting behind a refusal, as "max-image-pixels", or empty: it is counted by it.
 class Error : public std::runtime_error {
 public:
-    Error(std::string_view error_code, const std::string& detail, std::string json_pointer = {})
-        : std::runtime_error(detail), code(error_code), pointer(std::move(json_pointer)) {}
+    Error(std::string_view error_code, const std::string& detail, std::string json_pointer = {},
+          std::string_view limit_name = {})
+        : std::runtime_error(detail),
+          code(error_code),
+          pointer(std::move(json_pointer)),
+          limit(limit_name) {}
 
     std::string_view code;  ///< refers to a constant, never to a temporary
     std::string pointer;
+    std::string_view limit;  ///< refers to a constant too
 };
 
 namespace error_code {

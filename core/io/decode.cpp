@@ -22,17 +22,17 @@
 namespace relit {
 namespace {
 
-constexpr std::int64_t max_tile_bytes = 64LL << 20;
 constexpr std::size_t native_buffer_bytes = 1 << 20;
 
 // --- Limits --------------------------------------------------------------------------------------
 
 [[noreturn]] void throw_too_large(const FileHeader& header, std::int64_t limit, const char* unit,
-                                  const char* setting) {
-    throw Error(error_code::image_too_large, "the image is " + std::to_string(header.width) +
-                                                 " x " + std::to_string(header.height) +
-                                                 " pixels; the limit is " + std::to_string(limit) +
-                                                 unit + setting);
+                                  std::string_view setting) {
+    throw Error(error_code::image_too_large,
+                "the image is " + std::to_string(header.width) + " x " +
+                    std::to_string(header.height) + " pixels; the limit is " +
+                    std::to_string(limit) + unit + " (" + std::string(setting) + ")",
+                {}, setting);
 }
 
 void check_limits(const FileHeader& header, const DecodeLimits& limits, FileFormat format) {
@@ -40,23 +40,26 @@ void check_limits(const FileHeader& header, const DecodeLimits& limits, FileForm
         throw_broken(format, "it has no pixels");
     const std::int64_t pixels = capped_product({header.width, header.height});
     if (pixels > limits.max_pixels)
-        throw_too_large(header, limits.max_pixels, " pixels", " (max-image-pixels)");
+        throw_too_large(header, limits.max_pixels, " pixels", "max-image-pixels");
     if (header.width > limits.max_side || header.height > limits.max_side)
-        throw_too_large(header, limits.max_side, " pixels a side", " (max-image-side)");
+        throw_too_large(header, limits.max_side, " pixels a side", "max-image-side");
     if (header.held_whole && pixels > limits.max_interlaced_pixels)
         throw_too_large(header, limits.max_interlaced_pixels,
                         " pixels for interlaced and progressive files and WebP",
-                        " (max-interlaced-pixels)");
+                        "max-interlaced-pixels");
     if (header.channels > limits.max_channels)
         throw Error(error_code::image_too_large,
                     "the image has " + std::to_string(header.channels) +
-                        " channels; the limit is " + std::to_string(limits.max_channels));
+                        " channels; the limit is " + std::to_string(limits.max_channels) +
+                        " (max-image-channels)",
+                    {}, "max-image-channels");
     if (capped_product({pixels, header.channels}) > limits.max_values)
-        throw_too_large(header, limits.max_values, " pixels times channels", "");
-    if (header.tile_bytes > max_tile_bytes)
+        throw_too_large(header, limits.max_values, " pixels times channels", "max-image-values");
+    if (header.tile_bytes > limits.max_tile_bytes)
         throw Error(error_code::image_too_large,
                     "a tile of the image is larger than the limit of " +
-                        std::to_string(max_tile_bytes) + " bytes");
+                        std::to_string(limits.max_tile_bytes) + " bytes (max-tile-bytes)",
+                    {}, "max-tile-bytes");
 }
 
 // --- The reader ----------------------------------------------------------------------------------
@@ -174,13 +177,14 @@ SampleType sample_type_of(const OIIO::ImageSpec& spec, FileFormat format) {
 }
 
 // What was checked against the limits has to be what the decoder is about to read.
-void check_agreement(const OIIO::ImageSpec& spec, const FileHeader& header, FileFormat format) {
+void check_agreement(const OIIO::ImageSpec& spec, const FileHeader& header,
+                     const DecodeLimits& limits, FileFormat format) {
     if (spec.deep || spec.depth > 1)
         throw_unsupported(format, "deep texels or more than one layer of depth");
     const std::int64_t tile_bytes =
         capped_product({spec.tile_width, spec.tile_height, std::int64_t(spec.pixel_bytes(true))});
     if (spec.width != header.width || spec.height != header.height ||
-        spec.nchannels != header.channels || tile_bytes > max_tile_bytes)
+        spec.nchannels != header.channels || tile_bytes > limits.max_tile_bytes)
         throw_broken(format, "its header contradicts itself");
 }
 
@@ -265,11 +269,11 @@ void read_all_tiles(Reader& reader, SampleType type, const Conversion& conversio
     }
 }
 
-ImageInfo read_texels(std::string_view bytes, const FileHeader& header, FileFormat format,
-                      const TexelRoom& room) {
+ImageInfo read_texels(std::string_view bytes, const FileHeader& header, const DecodeLimits& limits,
+                      FileFormat format, const TexelRoom& room) {
     Reader reader(header.stripped.empty() ? bytes : header.stripped, format);
     const OIIO::ImageSpec& spec = reader.spec();
-    check_agreement(spec, header, format);
+    check_agreement(spec, header, limits, format);
     check_planes(spec, format);
     const bool named = format == FileFormat::exr;
     const ChannelMap map = named ? map_named_channels(spec.channelnames, format)
@@ -320,7 +324,7 @@ ImageInfo decode_into(std::string_view bytes, const DecodeLimits& limits, const 
         check_limits(header, limits, format);
         if (header.least_bytes > std::int64_t(bytes.size()))
             throw_broken(format, "it is too short for the size it claims");
-        return read_texels(bytes, header, format, room);
+        return read_texels(bytes, header, limits, format, room);
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {

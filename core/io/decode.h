@@ -47,9 +47,10 @@ struct DecodeLimits {
     std::int64_t max_pixels = 64LL << 20;  ///< width * height
     /// ... for files whose decoder holds them whole: interlaced PNG, progressive JPEG, WebP.
     std::int64_t max_interlaced_pixels = 32LL << 20;
-    std::int64_t max_values = 192LL << 20;  ///< width * height * channels: 768 MB as floats
-    int max_side = 32768;                   ///< width, height
-    int max_channels = 4;                   ///< as stored
+    std::int64_t max_values = 192LL << 20;     ///< width * height * channels: 768 MB as floats
+    int max_side = 32768;                      ///< width, height
+    int max_channels = 4;                      ///< as stored
+    std::int64_t max_tile_bytes = 64LL << 20;  ///< of a tiled file's tile, uncompressed
 };
 
 /// The format that the first bytes announce.

@@ -128,6 +128,11 @@ bool SkyLight::covers(const Scene& scene, const Light& light, const PreparedSoli
            SkyTransfer::covers(prepared.solid, m.depth);
 }
 
+bool SkyLight::is_noise(const Scene& scene) {
+    const Solid solid = make_solid(*scene.field, scene.relief, scene.base, scene.material.depth);
+    return SkyTransfer::roughness(solid) > SkyTransfer::max_roughness;
+}
+
 SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, const PreparedSolid& prepared,
                    Sum sum, bool has_diffuse, Rect part, bool preview,
                    const RenderControl& control) {

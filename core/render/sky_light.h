@@ -40,6 +40,9 @@ public:
     [[nodiscard]] static bool covers(const Scene& scene, const Light& light,
                                      const PreparedSolid& prepared);
 
+    /// Whether the relief of a scene is noise to it, told without preparing anything for rays.
+    [[nodiscard]] static bool is_noise(const Scene& scene);
+
     /// What is summed: what the light adds to a colour, or its weights, for the layers of data.
     enum class Sum { colours, weights };
 

@@ -114,7 +114,8 @@ void Access::charge(const std::string& client, Request& request) {
     request.admission.rate = rate_->take(client);
     if (!request.admission.rate->allowed)
         throw Error(error_code::rate_limited,
-                    "More requests than rate-limit and rate-burst allow a client.");
+                    "More requests than rate-limit and rate-burst allow a client.", {},
+                    "rate-limit");
 }
 
 void add_access_headers(const Request& request, Reply& reply) {

@@ -174,10 +174,12 @@ Outcome outcome_of(int socket, const StopSignal& stop, Clock::time_point until) 
                                   std::chrono::milliseconds timeout) {
     if (woken == Woken::stop) throw Error(error_code::cancelled, "the request was abandoned");
     if (Clock::now() >= deadline)
-        throw Error(error_code::timed_out, "the image was not decoded in time (render-timeout)");
+        throw Error(error_code::timed_out, "the image was not decoded in time (render-timeout)", {},
+                    "render-timeout");
     throw Error(error_code::too_costly,
                 fmt::format("decoding the image takes longer than {} s (decode-timeout)",
-                            std::chrono::duration<double>(timeout).count()));
+                            std::chrono::duration<double>(timeout).count()),
+                {}, "decode-timeout");
 }
 
 // A process that ended without an answer, or with one that it cannot have come to by itself.
@@ -188,8 +190,10 @@ struct Crash : Error {
 };
 
 [[noreturn]] void throw_refusal(const std::optional<DecodeReport>& report, FileFormat format) {
-    if (report && report->kind == DecodeReport::refused && report->code < refusal_codes().size())
-        throw Error(refusal_codes()[report->code], checked_detail(*report));
+    if (report && report->kind == DecodeReport::refused && report->code < refusal_codes().size() &&
+        report->limit < refusal_limits().size())
+        throw Error(refusal_codes()[report->code], checked_detail(*report), {},
+                    refusal_limits()[report->limit]);
     spdlog::warn("decoding: a process {} at an image",
                  report ? "reported nonsense" : "ended without an answer");
     throw Crash(format);

@@ -69,10 +69,15 @@ DecodeReport decoded(const ImageInfo& info) {
     return report;
 }
 
-DecodeReport refused(std::string_view code, std::string_view detail) {
+std::uint32_t place_of(std::string_view word, std::span<const std::string_view> words) {
+    return std::uint32_t(std::find(words.begin(), words.end(), word) - words.begin());
+}
+
+DecodeReport refused(const Error& error) {
     DecodeReport report{.kind = DecodeReport::refused};
-    const auto codes = refusal_codes();
-    report.code = std::uint32_t(std::find(codes.begin(), codes.end(), code) - codes.begin());
+    report.code = place_of(error.code, refusal_codes());
+    report.limit = place_of(error.limit, refusal_limits());
+    const std::string_view detail = error.what();
     std::copy_n(detail.begin(), std::min(detail.size(), report.detail.size() - 1),
                 report.detail.begin());
     return report;
@@ -87,13 +92,14 @@ DecodeReport report_of(const DecodeJob& job, int file, int texels, std::uint64_t
         bytes, job.limits, [&](const ImageInfo& info, std::size_t) { return shared.room(info); }));
 } catch (const std::exception& failure) {
     if (out_of_memory)
-        return refused(error_code::too_costly,
-                       fmt::format("decoding the image takes more memory than the limit of {} "
-                                   "bytes (max-decode-memory)",
-                                   memory_bytes));
+        return refused({error_code::too_costly,
+                        fmt::format("decoding the image takes more memory than the limit of {} "
+                                    "bytes (max-decode-memory)",
+                                    memory_bytes),
+                        {},
+                        "max-decode-memory"});
     const auto* const error = dynamic_cast<const Error*>(&failure);
-    return error ? refused(error->code, error->what())
-                 : refused(error_code::image_broken, "the image cannot be decoded");
+    return refused(error ? *error : Error(error_code::image_broken, "the image cannot be decoded"));
 }
 
 // @return false: the server has no more of them, or is gone

@@ -15,6 +15,15 @@ namespace {
 constexpr std::string_view codes[] = {error_code::image_not_supported, error_code::image_too_large,
                                       error_code::image_broken, error_code::too_costly};
 
+constexpr std::string_view limits[] = {"",
+                                       "max-image-pixels",
+                                       "max-image-side",
+                                       "max-interlaced-pixels",
+                                       "max-image-channels",
+                                       "max-image-values",
+                                       "max-tile-bytes",
+                                       "max-decode-memory"};
+
 constexpr std::size_t max_descriptors = 2;
 
 // A message and room for the descriptors that come with it.
@@ -31,6 +40,8 @@ struct Envelope {
 }  // namespace
 
 std::span<const std::string_view> refusal_codes() { return codes; }
+
+std::span<const std::string_view> refusal_limits() { return limits; }
 
 Descriptors::~Descriptors() {
     for (const int descriptor : descriptors_)

@@ -55,12 +55,16 @@ struct DecodeReport {
     std::uint32_t has_alpha = 0;
     std::uint32_t associated = 0;
     // refused
-    std::uint32_t code = 0;  ///< in refusal_codes()
+    std::uint32_t code = 0;   ///< in refusal_codes()
+    std::uint32_t limit = 0;  ///< in refusal_limits()
     std::array<char, 400> detail{};
 };
 
 /// The codes that a process may refuse an image with.
 [[nodiscard]] std::span<const std::string_view> refusal_codes();
+
+/// And the settings that may be behind it; the first is none.
+[[nodiscard]] std::span<const std::string_view> refusal_limits();
 
 /// Descriptors that come with a message; closed with it unless taken.
 class Descriptors {

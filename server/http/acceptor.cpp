@@ -151,13 +151,17 @@ void Acceptor::take_in(int socket) {
     client.slot = addresses_.take(limits_.max_address_connections > 0 ? peer_address(socket) : "");
     if (!client.slot) {
         refuse(client, {error_code::rate_limited,
-                        "The address has as many connections as max-address-connections allows."});
+                        "The address has as many connections as max-address-connections allows.",
+                        {},
+                        "max-address-connections"});
     } else if (line_.empty() && !workers_.full()) {
         hand_over(std::move(client));
         return;
     } else if (!make_place()) {
         refuse(client, {error_code::queue_full,
-                        "As many connections wait as max-waiting-connections allows."});
+                        "As many connections wait as max-waiting-connections allows.",
+                        {},
+                        "max-waiting-connections"});
     }
     if (client.socket >= 0) line_.push_back(std::move(client));
 }
@@ -215,7 +219,9 @@ void Acceptor::give_up_the_late() {
             refuse(client, {error_code::request_timeout, "The head arrived too slowly."});
         else if (client.state == Waiting::State::ready)
             refuse(client, {error_code::queue_full,
-                            "All connections that max-connections allows are busy."});
+                            "All connections that max-connections allows are busy.",
+                            {},
+                            "max-connections"});
         else ::close(std::exchange(client.socket, -1));
     }
 }
@@ -224,6 +230,7 @@ void Acceptor::give_up_the_late() {
 // reply away.
 void Acceptor::refuse(Waiting& client, const Error& error) {
     ++metrics_.refused_connections;
+    if (!error.limit.empty()) ++metrics_.limit_refusals.of(error.limit);
     const std::string text = text_of(problem_reply(error));
     const bool sent =
         ::send(client.socket, text.data(), text.size(), MSG_NOSIGNAL) == ssize_t(text.size());

@@ -10,10 +10,11 @@ namespace {
 
 constexpr const char* exposed_headers =
     "Allow, Content-Length, Date, ETag, Location, RateLimit-Limit, RateLimit-Remaining, "
-    "RateLimit-Reset, Relit-Accuracy, Relit-Height-Range, Relit-Request-Id, Retry-After, "
-    "Server-Timing, WWW-Authenticate";
+    "RateLimit-Reset, Relit-Accuracy, Relit-Height-Range, Retry-After, Server-Timing, "
+    "traceresponse, WWW-Authenticate, X-Request-Id";
 constexpr const char* accepted_headers =
-    "Authorization, Content-Type, If-None-Match, Relit-Session, Idempotency-Key, Last-Event-ID";
+    "Authorization, Content-Type, If-None-Match, Relit-Session, Idempotency-Key, Last-Event-ID, "
+    "X-Request-Id, traceparent, tracestate";
 constexpr const char* preflight_lifetime_s = "7200";  // as long as any browser keeps one
 
 constexpr std::string_view digits = "0123456789";

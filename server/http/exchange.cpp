@@ -31,9 +31,11 @@ void fill_request(Head& head, Request& request) {
 Error too_large(const Route& route) {
     if (route.max_body_bytes == 0)
         return {error_code::body_too_large, "A request to this path has no body."};
-    return {error_code::body_too_large, "The body is larger than " + std::string(route.limit_name) +
-                                            ", " + std::to_string(route.max_body_bytes) +
-                                            " bytes."};
+    return {error_code::body_too_large,
+            "The body is larger than " + std::string(route.limit_name) + ", " +
+                std::to_string(route.max_body_bytes) + " bytes.",
+            {},
+            route.limit_name};
 }
 
 Error interrupted(Connection::Got last) {
@@ -58,11 +60,26 @@ void judge_body(const Router& router, Exchange& exchange) {
 
 }  // namespace
 
+void Exchange::note_made(const Reply& reply) {
+    outcome.status = reply.status;
+    outcome.error_code = reply.error_code;
+    outcome.streamed = reply.stream.has_value();
+    if (!request.head && !reply.stream) outcome.body_bytes = reply.bytes().size();
+    outcome.made = Clock::now() - began;
+}
+
+void Exchange::note_sent(bool whole, bool stopping) {
+    const bool abandoned = outcome.error_code == error_code::cancelled && !stopping;
+    outcome.disconnected = !whole || abandoned;
+    outcome.total = Clock::now() - began;
+}
+
 bool receive_head(Connection& connection, const Router& router, const Limits& limits, int give_way,
                   Exchange& exchange) {
     const auto received = connection.receive_head(give_way);
     if (received.got == Connection::Got::end || received.got == Connection::Got::failure)
         return false;
+    exchange.began = Exchange::Clock::now();
     const auto text = connection.buffered();
     try {
         if (received.got == Connection::Got::timeout)
@@ -95,7 +112,8 @@ bool IncomingBody::add(std::string_view piece) {
     }
     counted_ += piece.size();
     if (under_way_.fetch_add(piece.size()) + piece.size() > limits_.max_body_memory_bytes) {
-        error_.emplace(error_code::memory_full, "The bodies under way fill max-body-memory.");
+        error_.emplace(error_code::memory_full, "The bodies under way fill max-body-memory.", "",
+                       "max-body-memory");
         return false;
     }
     body_.append(piece);
@@ -107,7 +125,7 @@ void IncomingBody::finish(bool whole, Connection::Got last) {
     if (!whole) throw interrupted(last);
     const auto type = exchange_.request.header("Content-Type").value_or("");
     if (is_multipart(type)) {
-        exchange_.request.parts = parse_multipart(std::move(body_), type, limits_.max_parts);
+        exchange_.request.parts = parse_multipart(std::move(body_), type, limits_);
     } else {
         exchange_.request.body = std::move(body_);
     }

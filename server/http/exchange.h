@@ -11,19 +11,30 @@
 #include "core/base/error.h"
 #include "server/http/connection.h"
 #include "server/http/head.h"
+#include "server/http/request_log.h"
 #include "server/http/router.h"
 #include "server/limits.h"
 
 namespace relit::server {
 
 struct Exchange {
+    using Clock = std::chrono::steady_clock;
+
     Head head;
     Request request;
+    Clock::time_point began = Clock::now();  ///< its head was there
+    RequestOutcome outcome;
     const Route* route = nullptr;  ///< of a request with a body
     std::optional<Error> refusal;  ///< answered without reading further, then the connection is closed
     bool is_probe = false;   ///< answered by the thread that accepts: no second request follows
     bool denied = false;     ///< the refusal is about who asks: nothing is wrong with the request
     bool keep_open = false;  ///< the connection, after the reply
+
+    /// What the log says of a reply that is about to be sent.
+    void note_made(const Reply& reply);
+    /// And when it is, or never will be.
+    /// @param whole  whether it went to its end
+    void note_sent(bool whole, bool stopping);
 };
 
 /// Receives a head into `exchange` and judges by it what the body may be; what is wrong with it is

@@ -139,9 +139,10 @@ void read_headers(std::string_view text, const Limits& limits, Headers& headers)
     int count = 0;
     while (!text.empty()) {
         if (++count > limits.max_headers)
-            throw Error(error_code::headers_too_large, "The request has more than max-headers, " +
-                                                           std::to_string(limits.max_headers) +
-                                                           ", headers.");
+            throw Error(error_code::headers_too_large,
+                        "The request has more than max-headers, " +
+                            std::to_string(limits.max_headers) + ", headers.",
+                        {}, "max-headers");
         const auto end = text.find("\r\n");
         read_header(text.substr(0, end), headers);
         text.remove_prefix(end + 2);
@@ -249,10 +250,16 @@ Head parse_head(std::string_view text, const Limits& limits) {
 Error head_too_large(std::string_view begun, const Limits& limits) {
     const auto line = begun.substr(0, begun.find("\r\n"));
     if (line.size() > limits.max_uri_bytes)
-        return {error_code::uri_too_long, "The request's target is longer than max-uri-bytes, " +
-                                              std::to_string(limits.max_uri_bytes) + "."};
-    return {error_code::headers_too_large, "The request's head is longer than max-head-bytes, " +
-                                               std::to_string(limits.max_head_bytes) + "."};
+        return {error_code::uri_too_long,
+                "The request's target is longer than max-uri-bytes, " +
+                    std::to_string(limits.max_uri_bytes) + ".",
+                {},
+                "max-uri-bytes"};
+    return {error_code::headers_too_large,
+            "The request's head is longer than max-head-bytes, " +
+                std::to_string(limits.max_head_bytes) + ".",
+            {},
+            "max-head-bytes"};
 }
 
 }  // namespace relit::server

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "server/access/rate_limit.h"
+#include "server/http/spans.h"
+#include "server/http/trace_context.h"
 #include "server/shared_bytes.h"
 
 namespace relit::server {
@@ -53,6 +55,8 @@ struct Request {
     std::vector<Part> parts;                         ///< of a multipart/form-data body, in order
     std::map<std::string, std::string> path_params;  ///< filled by the route that matched
     std::string id;                                  ///< names the request in log and reply
+    TraceContext trace = {};                         ///< the same, over several programs
+    mutable Spans spans = {};     ///< of what has been done for it; handlers add theirs
     std::stop_token client_gone;  ///< set when the client closes its connection or the server stops
     /// When the client is to have its answer at the latest.
     std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
@@ -82,6 +86,7 @@ struct Reply {
     std::optional<BodyStream> stream;  ///< sent instead of both
     Headers headers;                   ///< besides Content-Type and Content-Length
     std::string_view error_code = {};  ///< of a problem document, for log and metrics
+    std::string_view limit = {};       ///< the setting behind it, for metrics; empty: none
 
     [[nodiscard]] std::string_view bytes() const { return body.empty() ? shared.bytes : body; }
 };

@@ -9,8 +9,6 @@
 namespace relit::server {
 namespace {
 
-constexpr std::size_t max_part_head_bytes = 8 << 10;
-
 Error malformed(const std::string& detail) {
     return {error_code::malformed_request, "The multipart/form-data body " + detail};
 }
@@ -57,7 +55,7 @@ std::optional<std::string> parameter(std::string_view header, std::string_view n
 }
 
 // Where a part lies in the body, with its head already read.
-struct Span {
+struct FoundPart {
     Part part;
     std::size_t begin = 0;
     std::size_t end = 0;
@@ -78,10 +76,16 @@ void read_part_header(std::string_view line, Part& part) {
 }
 
 // Reads the head at `position`; returns where the content begins.
-std::size_t read_part_head(std::string_view body, std::size_t position, Part& part) {
-    const std::size_t limit = position + max_part_head_bytes;
+std::size_t read_part_head(std::string_view body, std::size_t position, const Limits& limits,
+                           Part& part) {
+    const std::size_t limit = position + limits.max_part_head_bytes;
     for (;;) {
         const auto end = body.substr(0, std::min(limit, body.size())).find("\r\n", position);
+        if (end == std::string_view::npos && limit < body.size())
+            throw Error(error_code::body_too_large,
+                        "The form has a part whose head is longer than max-part-head-bytes, " +
+                            std::to_string(limits.max_part_head_bytes) + ".",
+                        {}, "max-part-head-bytes");
         if (end == std::string_view::npos) throw malformed("has a part whose head does not end.");
         if (end == position) break;
         read_part_header(body.substr(position, end - position), part);
@@ -91,23 +95,26 @@ std::size_t read_part_head(std::string_view body, std::size_t position, Part& pa
     return position + 2;
 }
 
-std::vector<Span> find_parts(std::string_view body, const std::string& boundary, int max_parts) {
+std::vector<FoundPart> find_parts(std::string_view body, const std::string& boundary,
+                                  const Limits& limits) {
     const std::string first = "--" + boundary;
     const std::string next = "\r\n" + first;
     auto position = body.starts_with(first) ? 0 : body.find(next);
     if (position == std::string_view::npos) throw malformed("does not contain its boundary.");
     position += position == 0 ? first.size() : next.size();
 
-    std::vector<Span> spans;
+    std::vector<FoundPart> spans;
     while (!body.substr(position).starts_with("--")) {
         if (!body.substr(position).starts_with("\r\n")) throw malformed("has a broken boundary.");
-        if (int(spans.size()) == max_parts)
-            throw Error(error_code::body_too_large, "The form has more than max-parts, " +
-                                                        std::to_string(max_parts) + ", parts.");
-        Span span;
+        if (int(spans.size()) == limits.max_parts)
+            throw Error(error_code::body_too_large,
+                        "The form has more than max-parts, " + std::to_string(limits.max_parts) +
+                            ", parts.",
+                        {}, "max-parts");
+        FoundPart span;
         // The CRLF before the next boundary is the boundary's; an empty part shares it with its
         // head.
-        span.begin = read_part_head(body, position + 2, span.part);
+        span.begin = read_part_head(body, position + 2, limits, span.part);
         span.end = body.find(next, span.begin - 2);
         if (span.end == std::string_view::npos) throw malformed("ends within a part.");
         position = span.end + next.size();
@@ -124,14 +131,15 @@ bool is_multipart(std::string_view content_type) {
                                "multipart/form-data");
 }
 
-std::vector<Part> parse_multipart(std::string body, std::string_view content_type, int max_parts) {
+std::vector<Part> parse_multipart(std::string body, std::string_view content_type,
+                                  const Limits& limits) {
     const auto boundary = parameter(content_type, "boundary");
     if (!boundary || boundary->empty() || boundary->size() > 70)  // RFC 2046, 5.1.1
         throw malformed("needs a boundary of 1 to 70 characters in its Content-Type.");
-    auto spans = find_parts(body, *boundary, max_parts);
+    auto spans = find_parts(body, *boundary, limits);
     const auto largest = std::max_element(
         spans.begin(), spans.end(),
-        [](const Span& a, const Span& b) { return a.end - a.begin < b.end - b.begin; });
+        [](const FoundPart& a, const FoundPart& b) { return a.end - a.begin < b.end - b.begin; });
     for (auto span = spans.begin(); span != spans.end(); ++span)
         if (span != largest) span->part.content = body.substr(span->begin, span->end - span->begin);
     if (largest != spans.end()) {
@@ -141,7 +149,7 @@ std::vector<Part> parse_multipart(std::string body, std::string_view content_typ
     }
     std::vector<Part> parts;
     parts.reserve(spans.size());
-    for (Span& span : spans) parts.push_back(std::move(span.part));
+    for (FoundPart& span : spans) parts.push_back(std::move(span.part));
     return parts;
 }
 

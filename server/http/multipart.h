@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/http/message.h"
+#include "server/limits.h"
 
 namespace relit::server {
 
@@ -17,9 +18,10 @@ namespace relit::server {
 /// @param body          whole; its memory becomes that of the largest part, so that a big upload is
 ///                      held once
 /// @param content_type  of the request, with the boundary
-/// @param max_parts     more are refused
-/// @throws Error malformed_request (names what is missing), body_too_large (too many parts)
+/// @param limits        max_parts and max_part_head_bytes are kept to
+/// @throws Error malformed_request (names what is missing), body_too_large (too many parts,
+///         or one with too large a head)
 [[nodiscard]] std::vector<Part> parse_multipart(std::string body, std::string_view content_type,
-                                                int max_parts);
+                                                const Limits& limits);
 
 }  // namespace relit::server

@@ -81,6 +81,7 @@ Reply problem_reply(const Error& error) {
     reply.status = kind.status;
     reply.content_type = "application/problem+json";
     reply.error_code = kind.code;
+    reply.limit = error.limit;
     reply.body = problem_json({.code = kind.code,
                                .title = kind.title,
                                .status = kind.status,

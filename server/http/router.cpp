@@ -1,19 +1,16 @@
 #include "server/http/router.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <new>
 #include <optional>
-#include <random>
 #include <set>
 
 #include "server/access/access.h"
 #include "server/error_codes.h"
 #include "server/http/cors.h"
 #include "server/http/problem.h"
+#include "server/logging/log.h"
 #include "server/services.h"
 
 namespace relit::server {
@@ -51,13 +48,6 @@ PathParams params_of(const std::vector<std::string_view>& pattern,
     return params;
 }
 
-// A path in the log: no control characters, no terminal escapes, no more than a line.
-std::string loggable(std::string_view path) {
-    std::string text;
-    for (const char c : path.substr(0, 200)) text += c >= 0x20 && c != 0x7f && c != ' ' ? c : '?';
-    return path.size() > 200 ? text + "..." : text;
-}
-
 // A method as a label: a client can send any word.
 std::string_view method_label(const Request& request) {
     if (request.head) return "HEAD";
@@ -72,6 +62,7 @@ void count(const Router& router, const Request& request, const Reply& reply, Clo
     ++metrics.requests.of({route, method_label(request), reply.status});
     metrics.request_times.of(route).observe(time);
     if (!reply.error_code.empty()) ++metrics.errors.of(reply.error_code);
+    if (!reply.limit.empty()) ++metrics.limit_refusals.of(reply.limit);
 }
 
 // A reply is what its type says, no page's frame, and loads nothing; the pages have policies of their
@@ -89,19 +80,19 @@ void add_browser_headers(const CorsPolicy& cors, Reply& reply) {
 
 void finish(const Router& router, const Request& request, Reply& reply, Clock::time_point start,
             Services& services) {
-    reply.headers.insert_or_assign("Relit-Request-Id", request.id);
+    reply.headers.insert_or_assign("X-Request-Id", request.id);
+    if (!request.trace.trace_id.empty())
+        reply.headers.insert_or_assign("traceresponse", traceparent_text(request.trace));
     add_browser_headers(services.cors, reply);
     add_access_headers(request, reply);
     add_cors_headers(services.cors, request, reply);
-    const auto time = Clock::now() - start;
-    count(router, request, reply, time, services.metrics);
-    const std::chrono::duration<double, std::milli> took = time;
-    spdlog::info("request id={} method={} path={} status={} bytes={} ms={:.2f}{}{}{}{}", request.id,
-                 request.head ? std::string_view("HEAD") : std::string_view(request.method),
-                 loggable(request.path), reply.status,
-                 reply.stream ? reply.stream->size_bytes.value_or(0) : reply.bytes().size(),
-                 took.count(), request.admission.key.empty() ? "" : " key=", request.admission.key,
-                 reply.error_code.empty() ? "" : " error=", reply.error_code);
+    count(router, request, reply, Clock::now() - start, services.metrics);
+}
+
+void log_failure(const Request& request, std::string_view reason) {
+    const LogField fields[] = {
+        {"id", request.id}, {"trace", request.trace.trace_id}, {"reason", reason}};
+    log_event(spdlog::level::err, "request failed", fields);
 }
 
 Reply answer_error(const Router& router, const Request& request, const Error& error) {
@@ -187,7 +178,7 @@ std::string Router::allowed_methods(std::string_view path) const {
     return list;
 }
 
-Reply dispatch(const Router& router, Request request, Services& services) {
+Reply dispatch(const Router& router, Request& request, Services& services) {
     const auto start = Clock::now();
     Reply reply;
     try {
@@ -195,13 +186,13 @@ Reply dispatch(const Router& router, Request request, Services& services) {
     } catch (const Error& error) {
         reply = answer_error(router, request, error);
     } catch (const std::bad_alloc&) {
-        spdlog::error("request id={} ran out of memory", request.id);
+        log_failure(request, "out of memory");
         reply = problem_reply({error_code::memory_full, "The server is out of memory for now."});
     } catch (const std::exception& error) {
-        spdlog::error("request id={} failed: {}", request.id, error.what());
+        log_failure(request, error.what());
         reply = problem_reply({error_code::internal, "The server failed to answer."});
     } catch (...) {
-        spdlog::error("request id={} failed", request.id);
+        log_failure(request, "unknown");
         reply = problem_reply({error_code::internal, "The server failed to answer."});
     }
     finish(router, request, reply, start, services);
@@ -212,15 +203,6 @@ Reply refuse(const Router& router, const Request& request, const Error& error, S
     Reply reply = answer_error(router, request, error);
     finish(router, request, reply, Clock::now(), services);
     return reply;
-}
-
-std::string new_request_id() {
-    static const auto run = [] {
-        std::random_device device;
-        return (std::uint64_t(device()) << 32) | device();
-    }();
-    static std::atomic<std::uint64_t> count{0};
-    return fmt::format("{:012x}-{:x}", run & 0xffffffffffff, ++count);
 }
 
 }  // namespace relit::server

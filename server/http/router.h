@@ -66,17 +66,14 @@ private:
 };
 
 /// Answers a request: match, call the handler, turn what it throws into a problem document. OPTIONS
-/// is answered here with `Allow`. Every reply carries `Relit-Request-Id`, the headers of CORS, of access
-/// and those that keep browsers careful; every request is counted, and is one line of the log. Whether
-/// the client may ask was decided before: Access::admit().
-[[nodiscard]] Reply dispatch(const Router& router, Request request, Services& services);
+/// is answered here with `Allow`. Every reply carries `X-Request-Id`, `traceresponse`, the headers of CORS,
+/// of access and those that keep browsers careful; every request is counted. Whether the client may ask
+/// was decided before: Access::admit().
+[[nodiscard]] Reply dispatch(const Router& router, Request& request, Services& services);
 
-/// Answers a request that is refused before a handler sees it: with the same headers, counted and
-/// logged as well.
+/// Answers a request that is refused before a handler sees it: with the same headers, and
+/// counted as well.
 [[nodiscard]] Reply refuse(const Router& router, const Request& request, const Error& error,
                            Services& services);
-
-/// A name for a request, different for each within and between runs of the server.
-[[nodiscard]] std::string new_request_id();
 
 }  // namespace relit::server

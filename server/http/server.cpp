@@ -136,10 +136,11 @@ std::string http_date() {  // RFC 9110, 5.6.7
     return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &utc)};
 }
 
-bool send_stream(const Reply& reply, LibraryStream& stream, httplib::DataSink& sink) {
+bool send_stream(const Reply& reply, const Passage& passage, httplib::DataSink& sink) {
     try {
         return reply.stream->send([&](std::string_view piece) {
-            stream.begin_piece();
+            passage.stream.begin_piece();
+            passage.exchange.outcome.body_bytes += piece.size();
             return piece.empty() || sink.write(piece.data(), piece.size());
         });
     } catch (const std::exception& error) {
@@ -150,19 +151,19 @@ bool send_stream(const Reply& reply, LibraryStream& stream, httplib::DataSink& s
 
 // The library asks its providers for pieces; a stream writes all of them when it is first asked.
 void give_stream_to_library(Reply reply, const Passage& passage, httplib::Response& response) {
-    LibraryStream* const stream = &passage.stream;
+    const Passage* const on_way = &passage;  // until the reply is sent
     const auto type = reply.content_type;
     const auto size = reply.stream->size_bytes;
     const auto held = std::make_shared<const Reply>(std::move(reply));
-    const auto send_all = [held, stream](std::size_t, httplib::DataSink& sink) {
-        if (!send_stream(*held, *stream, sink)) return false;
+    const auto send_all = [held, on_way](std::size_t, httplib::DataSink& sink) {
+        if (!send_stream(*held, *on_way, sink)) return false;
         sink.done();
         return true;
     };
     if (size) {
         response.set_content_provider(
-            *size, type, [held, stream](std::size_t, std::size_t, httplib::DataSink& sink) {
-                return send_stream(*held, *stream, sink);
+            *size, type, [held, on_way](std::size_t, std::size_t, httplib::DataSink& sink) {
+                return send_stream(*held, *on_way, sink);
             });
     } else if (passage.exchange.head.is_1_1) {
         response.set_chunked_content_provider(type, send_all);
@@ -261,14 +262,23 @@ struct Server::Impl {
     }
 
     Reply answer(Exchange& exchange) {
-        if (exchange.refusal) {
-            exchange.keep_open =
-                exchange.denied && !exchange.head.has_body() && stays_open(exchange);
-            return refuse(router, exchange.request, *exchange.refusal, services);
-        }
-        exchange.request.deadline = std::chrono::steady_clock::now() + limits.render_timeout;
-        Reply reply = dispatch(router, std::move(exchange.request), services);
-        exchange.keep_open = stays_open(exchange);
+        Reply reply = exchange.refusal
+                          ? refuse(router, exchange.request, *exchange.refusal, services)
+                          : do_request(exchange);
+        const bool may_stay = !exchange.refusal || (exchange.denied && !exchange.head.has_body());
+        exchange.keep_open = may_stay && stays_open(exchange);
+        exchange.note_made(reply);
+        return reply;
+    }
+
+    Reply do_request(Exchange& exchange) {
+        Request& request = exchange.request;
+        const auto now = Exchange::Clock::now();
+        if (exchange.head.has_body()) exchange.outcome.received = now - exchange.began;
+        request.deadline = now + limits.render_timeout;
+        Reply reply = dispatch(router, request, services);
+        request.body = std::string();  // the reply may take long to send
+        request.parts.clear();
         return reply;
     }
 
@@ -352,7 +362,8 @@ struct Server::Impl {
             !router.answers_while_stopping(exchange.request.path))
             exchange.refusal.emplace(error_code::shutting_down,
                                      "The server is stopping and takes no more work.");
-        exchange.request.id = new_request_id();
+        exchange.request.id = request_id_of(exchange.request.headers);
+        exchange.request.trace = trace_of_request(exchange.request.header("traceparent"));
         exchange.request.address = address;
         exchange.request.client_gone = std::move(client_gone);
         if (!exchange.refusal) admit(exchange);
@@ -363,6 +374,8 @@ struct Server::Impl {
         const bool sent =
             library.process_request(stream, {}, 0, {}, 0, false, closed, nullptr, nullptr);
         current = nullptr;
+        exchange.note_sent(sent, services.stopping);
+        log_request(exchange.request, exchange.outcome, services.log_slow);
         if (sent && exchange.keep_open) return true;
         if (sent && !is_probe && (exchange.refusal || connection.has_more()))
             connection.close_lingering();

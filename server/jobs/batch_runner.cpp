@@ -19,7 +19,9 @@ constexpr auto look_at_turn_every = 20ms;
 constexpr auto look_for_work_every = 1s;  // for frames whose pause is over
 constexpr auto renew_every = 10s;
 constexpr std::chrono::seconds back_off[] = {1s, 4s, 16s};
-constexpr std::size_t stored_at_once = 32;
+// Finished frames are stored together: what that costs is the disk's, once however many they are.
+constexpr auto gathered_for = 100ms;
+constexpr std::size_t gathered = 16, stored_at_once = 32;
 
 // Of this thread alone, as Linux counts.
 void lower_priority() {
@@ -126,6 +128,7 @@ void BatchRunner::work_on(const Claim& claim, const RenderFrame& render) {
     std::unique_lock lock(mutex_);
     const bool ended = held->picture || !held->problem.empty();
     if (ended) {
+        held->ended = Clock::now();
         finished_.splice(finished_.end(), rendering_, held);
         changed_.notify_all();
         return;
@@ -167,15 +170,14 @@ void BatchRunner::keep() {
     Clock::time_point deliver_at{}, room_at{}, renew_at = Clock::now() + renew_every;
     std::unique_lock lock(mutex_);
     for (;;) {
-        changed_.wait_for(lock, 1s, [&] {
-            return (!finished_.empty() && Clock::now() >= deliver_at) ||
-                   (stopping_ && working_ == 0);
+        changed_.wait_for(lock, finished_.empty() ? 1s : gathered_for, [&] {
+            return (is_gathered() && Clock::now() >= deliver_at) || (stopping_ && working_ == 0);
         });
         const bool last = stopping_ && working_ == 0;
         const auto now = Clock::now();
         for (Held& held : rendering_)
             if (now > held.deadline) stop_held(held, Held::Why::too_late);
-        if (!finished_.empty() && (now >= deliver_at || last)) {
+        if (last ? !finished_.empty() : is_gathered() && now >= deliver_at) {
             const auto end = std::next(finished_.begin(),
                                        std::ptrdiff_t(std::min(finished_.size(), stored_at_once)));
             storing_.splice(storing_.end(), finished_, finished_.begin(), end);
@@ -204,6 +206,12 @@ void BatchRunner::keep() {
         }
         lock.lock();
     }
+}
+
+// Whether finished frames are stored now; not while there will soon be more of them.
+bool BatchRunner::is_gathered() const {
+    return !finished_.empty() && (finished_.size() >= gathered || rendering_.empty() ||
+                                  Clock::now() - finished_.front().ended >= gathered_for);
 }
 
 // What the last run left behind, before the first frame begins.

@@ -88,6 +88,7 @@ private:
         Why why = Why::none;  // it was stopped
         std::optional<RenderedFrame> picture{};
         std::string problem{};
+        Clock::time_point ended{};
     };
     using HeldList = std::list<Held>;
 
@@ -100,6 +101,7 @@ private:
 
     void keep();
     void sweep_once();
+    bool is_gathered() const;
     bool deliver(HeldList& finished);
     void look_after_leases();
     void look_after_room();

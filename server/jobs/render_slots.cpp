@@ -16,10 +16,14 @@ Error superseded() {
     return {error_code::superseded, "A newer request of the same Relit-Session took its place."};
 }
 
+constexpr double weight_of_newest = 0.1;  // in the mean of the work's length
+constexpr std::chrono::seconds watch_time{1};
+constexpr int calm_share = 5;  // slots are free for that part of it: the load is below 1.2 or so
+
 }  // namespace
 
 RenderSlots::RenderSlots(Settings settings, Now now)
-    : settings_(std::move(settings)), now_(std::move(now)) {
+    : settings_(settings), now_(std::move(now)), watched_since_(now_()), noted_(watched_since_) {
     assert(settings_.max_running > 0 && settings_.max_waiting >= 0);
 }
 
@@ -38,10 +42,8 @@ RenderSlots::Slot RenderSlots::wait_for_slot(Clock::time_point deadline,
     auto stopping = working_for(session);
     // Who stops a request of its own takes no place that was not taken before.
     const bool replaces = older != line_.end() || !stopping.empty();
-    if (!at_once && !replaces && int(line_.size()) >= settings_.max_waiting)
-        throw Error(error_code::queue_full, "As many requests are waiting as " +
-                                                settings_.max_waiting_name + " allows, " +
-                                                std::to_string(settings_.max_waiting) + ".");
+    look_for_calm(arrival);
+    if (!at_once && !replaces) check_room(arrival, deadline);
     line_.splice(older, mine);
     if (older != line_.end()) displace(older);
     if (at_once) run_next();
@@ -52,6 +54,47 @@ RenderSlots::Slot RenderSlots::wait_for_slot(Clock::time_point deadline,
     }
     wait_in_line(lock, place, deadline, stop);
     return {this, place, now_() - arrival};
+}
+
+// @throws Error queue_full
+void RenderSlots::check_room(Clock::time_point arrival, Clock::time_point deadline) {
+    const int waiting = int(line_.size());
+    const std::string setting = std::string(settings_.max_waiting_name) + " allows, " +
+                                std::to_string(settings_.max_waiting) + ".";
+    if (waiting >= settings_.max_waiting) {
+        if (!overloaded_) {
+            watched_since_ = arrival;
+            spare_ = {};
+        }
+        overloaded_ = true;
+        throw Error(error_code::queue_full, "As many requests are waiting as " + setting, {},
+                    settings_.max_waiting_name);
+    }
+    if (overloaded_ && waiting >= settings_.max_running)
+        throw Error(error_code::queue_full,
+                    "The server is overloaded: as many requests were waiting as " + setting, {},
+                    settings_.max_waiting_name);
+    const auto wait = usual_work_ * waiting / settings_.max_running;
+    if (deadline - arrival < wait)
+        throw Error(error_code::queue_full,
+                    "The requests that are waiting take longer than this one may wait "
+                    "(render-timeout).",
+                    {}, "render-timeout");
+}
+
+// Counts the time until now in which there was a slot for whoever came.
+void RenderSlots::note_spare(Clock::time_point now) {
+    if (int(running_.size()) < settings_.max_running) spare_ += now - noted_;
+    noted_ = now;
+}
+
+void RenderSlots::look_for_calm(Clock::time_point now) {
+    note_spare(now);
+    const auto watched = now - watched_since_;
+    if (watched < watch_time) return;
+    if (spare_ * calm_share > watched) overloaded_ = false;
+    watched_since_ = now;
+    spare_ = {};
 }
 
 void RenderSlots::supersede(std::string_view session) {
@@ -102,7 +145,10 @@ void RenderSlots::wait_in_line(std::unique_lock<std::mutex>& lock, Places::itera
 }
 
 void RenderSlots::run_next() noexcept {
+    const auto now = now_();
+    note_spare(now);
     const auto next = line_.begin();
+    next->began = now;
     running_.splice(running_.end(), line_, next);
     next->state = Place::running;
     next->changed.notify_one();
@@ -111,8 +157,11 @@ void RenderSlots::run_next() noexcept {
 // A slot passes to the next in line before anybody else can see it free.
 void RenderSlots::release(Places::iterator place) noexcept {
     const std::scoped_lock lock(mutex_);
-    running_.erase(place);
     last_used_ = now_();
+    note_spare(last_used_);
+    const std::chrono::duration<double> work = last_used_ - place->began;
+    usual_work_ = used_ ? usual_work_ + weight_of_newest * (work - usual_work_) : work;
+    running_.erase(place);
     used_ = true;
     if (!line_.empty()) run_next();
 }
@@ -125,6 +174,11 @@ int RenderSlots::running() const {
 int RenderSlots::waiting() const {
     const std::scoped_lock lock(mutex_);
     return int(line_.size());
+}
+
+bool RenderSlots::overloaded() const {
+    const std::scoped_lock lock(mutex_);
+    return overloaded_;
 }
 
 RenderSlots::Clock::duration RenderSlots::idle_for() const {

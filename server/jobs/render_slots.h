@@ -29,6 +29,12 @@ namespace relit::server {
 /// longer for it. Who supersedes is let in though the line is full: somebody else leaves for it.
 /// A session has at most one place in the line, and no session is remembered that has no request
 /// here.
+///
+/// A line is for bursts. Once it has been full, more is asked for than can be done, and a long line
+/// would make everybody late and nobody sooner: from then on newcomers are refused while as many wait
+/// as work, so that who is let in waits for about one other's work. That ends when the slots have
+/// been free for a fifth of a second's time. Nor is anybody let in who would not have his turn before
+/// his deadline, by how long the work took lately.
 class RenderSlots {
     struct Place;
 
@@ -39,7 +45,8 @@ public:
     struct Settings {
         int max_running = 1;  ///< > 0
         int max_waiting = 64;
-        std::string max_waiting_name = "max-queue";  ///< the setting, for the refusal
+        std::string_view max_waiting_name =
+            "max-queue";  ///< the setting, for the refusal; a constant
     };
 
     /// @param now  the time; tests pass their own and call recheck() after moving it
@@ -78,7 +85,8 @@ public:
     /// A slot, at once or when it is this caller's turn.
     ///
     /// @param session  whose older requests this one supersedes; empty: nobody's
-    /// @throws Error queue_full (as many wait as may, and it supersedes nobody), timed_out
+    /// @throws Error queue_full (as many wait as may, or too many for the deadline, and it supersedes
+    ///         nobody), timed_out
     ///         (`deadline` has passed), cancelled (`stop` is set), superseded (by a newer request of
     ///         the session); after each of them the caller's place is gone
     Slot wait_for_slot(Clock::time_point deadline, const std::stop_token& stop,
@@ -89,6 +97,9 @@ public:
 
     [[nodiscard]] int running() const;
     [[nodiscard]] int waiting() const;
+
+    /// Has the line been full, and is it kept short since?
+    [[nodiscard]] bool overloaded() const;
 
     /// How long nobody has worked or waited here: 0 while somebody does.
     [[nodiscard]] Clock::duration idle_for() const;
@@ -104,12 +115,16 @@ private:
         std::condition_variable_any
             changed{};  // one each, so that a free slot wakes exactly its next owner
         enum { waiting, running, displaced } state = waiting;
+        Clock::time_point began{};  // to work
         bool recheck = false;
     };
     using Places = std::list<Place>;
 
     [[nodiscard]] Places::iterator waiting_of(std::string_view session);
     [[nodiscard]] std::list<std::stop_source> working_for(std::string_view session) const;
+    void check_room(Clock::time_point arrival, Clock::time_point deadline);
+    void note_spare(Clock::time_point now);
+    void look_for_calm(Clock::time_point now);
     void displace(Places::iterator older);
     void wait_in_line(std::unique_lock<std::mutex>& lock, Places::iterator place,
                       Clock::time_point deadline, const std::stop_token& stop);
@@ -125,6 +140,12 @@ private:
     Clock::time_point last_used_;  // when the last slot was given back
     bool used_ = false;
     Places displaced_;  // lost their place in the line and do not know it yet
+
+    std::chrono::duration<double> usual_work_{0};  // how long slots are held, lately
+    bool overloaded_ = false;
+    Clock::time_point watched_since_;  // for calm
+    Clock::duration spare_{};          // not all slots were in use, since then
+    Clock::time_point noted_;          // up to here `spare_` is counted
 };
 
 }  // namespace relit::server

@@ -143,7 +143,8 @@ JobStore::Submitted SqliteJobStore::submit(const NewBatch& batch) {
             throw Error(
                 error_code::queue_full,
                 fmt::format("As many batches are unfinished as max-unfinished-batches allows, {}.",
-                            settings_.max_unfinished_batches));
+                            settings_.max_unfinished_batches),
+                "", "max-unfinished-batches");
         insert_batch(database, batch);
         return Submitted{batch.id, int(batch.frames.size()), false};
     });

@@ -23,8 +23,10 @@ public:
     [[nodiscard]] Slot take() {
         if (++open_ > max_) {
             --open_;
-            throw Error(error_code::queue_full, "As many streams are open as max-streams allows, " +
-                                                    std::to_string(max_) + ".");
+            throw Error(
+                error_code::queue_full,
+                "As many streams are open as max-streams allows, " + std::to_string(max_) + ".", {},
+                "max-streams");
         }
         return {nullptr, [this](void*) { --open_; }};
     }

@@ -6,6 +6,7 @@
 
 #include "server/error_codes.h"
 #include "server/http/multipart.h"
+#include "server/logging/log.h"
 #include "server/routes/json_reply.h"
 #include "server/routes/query.h"
 #include "server/scenes/scene_cost.h"
@@ -29,7 +30,8 @@ auto found(const ImageSource& source, const Find& find) {
     try {
         return find();
     } catch (const Error& e) {
-        throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "");
+        throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "",
+                    e.limit);
     }
 }
 
@@ -91,6 +93,15 @@ Reply accepted(const JobStore::Submitted& batch) {
     return reply;
 }
 
+// Lines about its frames name the batch; this one says where it came from.
+void log_accepted(const JobStore::Submitted& batch, const Request& request) {
+    const LogField fields[] = {{"batch", batch.id},
+                               {"frames", std::int64_t(batch.total)},
+                               {"id", request.id},
+                               {"trace", request.trace.trace_id}};
+    log_event(spdlog::level::info, "batches: accepted", fields);
+}
+
 // `next` of a page: the place of its last batch, which outlives the batch.
 std::int64_t parse_place(const std::string& text, JobStore& store) {
     if (const auto batch = store.find(text)) return batch->place;
@@ -131,7 +142,9 @@ Reply submit_batch(const Request& request, Services& services) {
         {services.limits.max_lights, services.limits.max_batch_frames, services.limits.json},
         [&](const SceneDescription& scene) { check(scene); });
     const NewBatch fresh = new_batch(std::move(batch), check.images, key, body_hash);
-    return accepted(services.batches.submit(fresh, std::move(check.images)));
+    const auto submitted = services.batches.submit(fresh, std::move(check.images));
+    log_accepted(submitted, request);
+    return accepted(submitted);
 }
 
 Reply list_batches(const Request& request, Services& services) {
@@ -180,7 +193,7 @@ Reply get_batch_frame(const Request& request, Services& services) {
     }
     if (frame.state != FrameState::done)
         throw Error(error_code::conflict, "The frame is not finished yet.");
-    const std::string etag = '"' + frame.result.file + '"';
+    const std::string etag = fmt::format("\"{}\"", ResultFiles::content_hash(frame.result.file));
     if (has_etag(request, etag)) return not_modified(etag, immutable);
     Reply reply{
         .content_type = frame.result.media_type,

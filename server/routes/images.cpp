@@ -14,6 +14,8 @@
 namespace relit::server {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 // An id names its bytes for good: whoever has them need not ask again.
 constexpr std::string_view immutable = "public, max-age=31536000, immutable";
 
@@ -36,9 +38,15 @@ ImageStore::Put store(std::string_view bytes, const Request& request, Services& 
     ImageInfo info;
     {
         const auto slot = services.decodes.wait_for_slot(request.deadline, request.client_gone);
+        request.spans.push_back({"queue", slot.waited()});
+        const auto begin = Clock::now();
         info = services.decoder.check(bytes, {request.client_gone, request.deadline});
+        request.spans.push_back({"decode", Clock::now() - begin});
     }
-    return services.images.put(bytes, info);
+    const auto begin = Clock::now();
+    auto put = services.images.put(bytes, info);
+    request.spans.push_back({"store", Clock::now() - begin});
+    return put;
 }
 
 // A place in the list as clients see it: "<nanoseconds since 1970>-<id>". It says all there is to

@@ -46,6 +46,8 @@ std::vector<PlainMetric> gauges(const Services& services) {
     return {
         {"relit_renders_running", "Renders that have a slot.", false, double(renders.running())},
         {"relit_renders_waiting", "Renders in the queue.", false, double(renders.waiting())},
+        {"relit_renders_overloaded", "1 while the queue is kept short, for it has been full.",
+         false, renders.overloaded() ? 1.0 : 0.0},
         {"relit_decodes_running", "Uploads being decoded.", false, double(decodes.running())},
         {"relit_decodes_waiting", "Uploads that wait to be decoded.", false,
          double(decodes.waiting())},

@@ -22,32 +22,37 @@ using Clock = std::chrono::steady_clock;
 // Everything that a URL with ids in it names stays what it is.
 constexpr const char* cache_for_good = "public, max-age=31536000, immutable";
 
-// How long each stage took, for Server-Timing (in milliseconds) and the metrics.
+// How long each stage took, for the request's spans and the metrics.
 class Stages {
 public:
-    explicit Stages(Metrics& metrics) : metrics_(metrics) {}
+    Stages(Spans& spans, Metrics& metrics) : spans_(spans), metrics_(metrics) {}
 
-    void parsed() { add("parse", next()); }
+    void parsed() { spans_.push_back({"parse", next()}); }
     void done(RenderStage stage) {
         const auto took = next();
         metrics_.observe(stage, took);
-        add(render_stage_names[std::size_t(stage)], took);
+        spans_.push_back({render_stage_names[std::size_t(stage)], took});
     }
-    [[nodiscard]] const std::string& text() const { return text_; }
 
 private:
     Clock::duration next() {
         const auto begin = std::exchange(begin_, Clock::now());
         return begin_ - begin;
     }
-    void add(std::string_view stage, std::chrono::duration<double, std::milli> took) {
-        text_ += fmt::format("{}{};dur={:.2f}", text_.empty() ? "" : ", ", stage, took.count());
-    }
 
+    Spans& spans_;
     Metrics& metrics_;
     Clock::time_point begin_ = Clock::now();
-    std::string text_;
 };
+
+// The header Server-Timing, in milliseconds.
+std::string timing_text(const Spans& spans) {
+    std::string text;
+    for (const Span& span : spans)
+        text +=
+            fmt::format("{}{};dur={:.2f}", text.empty() ? "" : ", ", span.stage, span.took.count());
+    return text;
+}
 
 // Sets a stop source at a time, unless it goes first.
 class Alarm {
@@ -80,7 +85,8 @@ void in_time(const Request& request, const std::stop_token& superseded,
         if (superseded.stop_requested())
             throw Error(error_code::superseded,
                         "a newer request of the same Relit-Session stopped this one");
-        throw Error(error_code::timed_out, "the picture was not ready in time (render-timeout)");
+        throw Error(error_code::timed_out, "the picture was not ready in time (render-timeout)", {},
+                    "render-timeout");
     }
 }
 
@@ -155,7 +161,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
     reply.content_type = media_type_of(job.scene.output.format);
     services.metrics.rendered_pixels +=
         std::uint64_t(picture.pixels.width) * std::uint64_t(picture.pixels.height);
-    reply.headers["Server-Timing"] = stages.text();
+    reply.headers["Server-Timing"] = timing_text(request.spans);
     reply.headers["Relit-Accuracy"] = accuracy_text(job.scene.output.picture, picture);
     reply.headers["Cache-Control"] = caching.cacheable ? cache_for_good : "no-store";
     if (caching.cacheable) reply.headers["ETag"] = caching.etag;
@@ -168,7 +174,7 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
 }  // namespace
 
 Reply render_picture(const Request& request, Services& services) {
-    Stages stages(services.metrics);
+    Stages stages(request.spans, services.metrics);
     const std::string session = token_header(request, "Relit-Session");
     const RenderRequest job = parse_render_request(request, services.limits);
     Caching caching;

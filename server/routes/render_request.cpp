@@ -125,7 +125,8 @@ FindImage find_in(const RenderRequest& request, const ImageStore& images) {
         try {
             (*found)[source.text] = images.get(source.text);
         } catch (const Error& e) {
-            throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "");
+            throw Error(e.code, e.what(), e.code == error_code::not_found ? source.pointer : "",
+                        e.limit);
         }
     });
     return [found](const ImageSource& source) { return found->at(source.text); };

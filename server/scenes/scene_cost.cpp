@@ -31,24 +31,25 @@ struct Light {
 // As SkyLight::covers() decides, as far as the description tells.
 bool has_transfer(const SceneDescription& scene, const EnvironmentLight& light) {
     const Material& material = scene.material;
+    const double floor = scene.base.kind == Base::Kind::level ? scene.base.level : -material.depth;
     return !light.radius && material.illumination != Illumination::count &&
-           !(material.specular.k > 0 && material.specular.occlude) &&
-           scene.relief <= 600 * material.depth;
+           !(material.specular.k > 0 && material.specular.occlude) && floor <= -material.depth &&
+           scene.relief - floor <= 600 * material.depth;
 }
 
-Light light_of(const SceneDescription& scene, const LightDescription& description) {
+Light light_of(const SceneDescription& scene, const LightDescription& description, bool is_noise) {
     const auto* const environment = std::get_if<EnvironmentDescription>(&description);
     if (!environment) return {};
     // Of "/lights/3/image/data" the light.
     const std::string& image = environment->image.pointer;
     const std::string field = image.substr(0, image.find("/image"));
-    if (has_transfer(scene, environment->light)) return {transfer_samples, field};
+    if (!is_noise && has_transfer(scene, environment->light)) return {transfer_samples, field};
     const bool preview = scene.output.picture.accuracy == Accuracy::preview;
     return {double((preview ? preview_environment : final_environment).regions), field};
 }
 
 // What all lights of the layer take together.
-Factor lights_of(const SceneDescription& scene) {
+Factor lights_of(const SceneDescription& scene, bool is_noise) {
     const Layer layer = scene.output.picture.layer;
     if (layer == Layer::normal || layer == Layer::height || layer == Layer::alpha)
         return {.times = 0, .field = "/output/layer"};
@@ -56,7 +57,7 @@ Factor lights_of(const SceneDescription& scene) {
     Factor all{.times = 0, .field = "/lights"};
     Light heaviest;
     for (std::size_t i = 0; i < count; ++i) {
-        const Light light = light_of(scene, scene.lights[i]);
+        const Light light = light_of(scene, scene.lights[i], is_noise);
         all.times += light.samples;
         if (light.samples > heaviest.samples) heaviest = light;
     }
@@ -90,9 +91,9 @@ Factor pixels_of(const SceneDescription& scene, int map_width, int map_height) {
 
 }  // namespace
 
-SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height) {
+SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height, bool is_noise) {
     const Factor texels = texels_of(scene, map_width, map_height);
-    const Factor lights = lights_of(scene), steps = steps_of(scene.material);
+    const Factor lights = lights_of(scene, is_noise), steps = steps_of(scene.material);
     const Factor pixels = pixels_of(scene, map_width, map_height);
     const double marched = texels.times * lights.times * steps.times;
     const double added = pixels.times > texels.times ? pixels.times : 0;
@@ -104,16 +105,16 @@ SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_heigh
     return {marched + added, heaviest->field};
 }
 
-void check_cost(const SceneDescription& scene, int map_width, int map_height,
-                const Limits& limits) {
-    const SceneCost cost = scene_cost(scene, map_width, map_height);
+void check_cost(const SceneDescription& scene, int map_width, int map_height, const Limits& limits,
+                bool is_noise) {
+    const SceneCost cost = scene_cost(scene, map_width, map_height, is_noise);
     if (cost.texel_samples > double(limits.max_scene_cost))
         throw Error(
             error_code::too_costly,
             fmt::format("the picture would take about {:.0f} texel-samples; the limit is {} "
                         "(max-scene-cost)",
                         cost.texel_samples, limits.max_scene_cost),
-            cost.heaviest);
+            cost.heaviest, "max-scene-cost");
 }
 
 }  // namespace relit::server

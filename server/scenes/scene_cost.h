@@ -17,14 +17,16 @@ struct SceneCost {
     std::string heaviest;  ///< pointer to the field that weighs most
 };
 
-/// Of the final picture, or of a preview, whose map and environments are coarser. What a map's own
-/// form decides (noise, which takes away an environment's short cut) is not known here and counts
-/// as the cheaper case.
+/// Of the final picture, or of a preview, whose map and environments are coarser.
 /// @param map_width, map_height  of the height map, texels
-[[nodiscard]] SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height);
+/// @param is_noise  it takes away an environment's short cut (SkyLight::is_noise()); known once the map
+///                  is there
+[[nodiscard]] SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height,
+                                   bool is_noise = false);
 
 /// @throws Error too_costly, with the cost and the limit (max-scene-cost); `pointer` is the heaviest
 ///         field
-void check_cost(const SceneDescription& scene, int map_width, int map_height, const Limits& limits);
+void check_cost(const SceneDescription& scene, int map_width, int map_height, const Limits& limits,
+                bool is_noise = false);
 
 }  // namespace relit::server

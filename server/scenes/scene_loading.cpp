@@ -7,6 +7,7 @@
 
 #include "core/image/channels.h"
 #include "core/io/decode.h"
+#include "core/render/sky_light.h"
 #include "server/error_codes.h"
 #include "server/scenes/scene_cost.h"
 #include "server/schema/field_error.h"
@@ -24,7 +25,7 @@ auto blaming(const ImageSource& source, const Step& step) {
     try {
         return step();
     } catch (const Error& e) {
-        throw Error(e.code, e.what(), e.pointer.empty() ? source.pointer : e.pointer);
+        throw Error(e.code, e.what(), e.pointer.empty() ? source.pointer : e.pointer, e.limit);
     }
 }
 
@@ -126,7 +127,7 @@ Image environment_map(const FoundImage& found, Transfer transfer, const DecodeIm
                     fmt::format("the environment is {} x {} pixels; the limit is {} pixels "
                                 "(max-environment-pixels)",
                                 image.info.width, image.info.height, limits.max_environment_pixels),
-                    found.source.pointer);
+                    found.source.pointer, "max-environment-pixels");
     Image map = rgb_channels(image.image, image.info.has_alpha);
     if (is_encoded(image, transfer)) decode_srgb(map);
     // Filters leave small negative numbers at bright edges; there is no negative light.
@@ -164,6 +165,15 @@ void check_region(const Output& output, int map_width, int map_height) {
                      "/output/region");
 }
 
+// Noise makes environments dearer. Looking at all of the map is for those scenes alone that would be too
+// dear then.
+void check_noise(const SceneDescription& description, const Scene& scene, const Limits& limits) {
+    const int width = scene.field->width(), height = scene.field->height();
+    const double worst = scene_cost(description, width, height, /*is_noise=*/true).texel_samples;
+    if (worst > double(limits.max_scene_cost) && SkyLight::is_noise(scene))
+        check_cost(description, width, height, limits, /*is_noise=*/true);
+}
+
 void check_size(const OutputDescription& output, int map_width, int map_height,
                 const Limits& limits) {
     const PictureSize size = picture_size(output.picture, map_width, map_height);
@@ -173,7 +183,7 @@ void check_size(const OutputDescription& output, int map_width, int map_height,
             fmt::format(
                 "the picture would be {} x {} pixels; the limit is {} pixels (max-output-pixels)",
                 size.width, size.height, limits.max_output_pixels),
-            output.picture.width ? "/output/width" : "/output/height");
+            output.picture.width ? "/output/width" : "/output/height", "max-output-pixels");
     const int longest = std::max(size.width, size.height);
     if (longest > max_side_of(output.format))
         throw Error(error_code::invalid_value,
@@ -205,6 +215,7 @@ Scene load_scene(const SceneDescription& description, const FindImage& find,
     for (const LightDescription& light : description.lights)
         scene.lights.push_back(
             light_from(light, description.output.picture.transfer, find, decode, limits, cache));
+    check_noise(description, scene, limits);
     return scene;
 }
 

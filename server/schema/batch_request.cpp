@@ -145,7 +145,7 @@ private:
     void check_alone(const Json& scene) const try {
         (void)scene_from(scene, limits_.max_lights);
     } catch (const Error& e) {
-        throw Error(e.code, e.what(), "/scene" + e.pointer);
+        throw Error(e.code, e.what(), "/scene" + e.pointer, e.limit);
     }
 
     // An error in the scene says in which frame it is, and where that was sent.
@@ -159,7 +159,7 @@ private:
         } catch (const Error& e) {
             if (e.code == error_code::storage_failed) throw;
             throw Error(e.code, fmt::format("frame {}: {}", frame.number, e.what()),
-                        sent_at(e.pointer, frame, base));
+                        sent_at(e.pointer, frame, base), e.limit);
         }
     }
 
@@ -167,7 +167,7 @@ private:
         if (count > std::size_t(limits_.max_frames))
             refuse_value(fmt::format("has {} entries; the limit is {} (max-batch-frames)", count,
                                      limits_.max_frames),
-                         pointer);
+                         pointer, "max-batch-frames");
     }
 
     void check_names() const {

@@ -13,8 +13,8 @@ std::string field_name(std::string_view pointer) {
     return "'" + name + "'";
 }
 
-void refuse_value(const std::string& detail, const std::string& pointer) {
-    throw Error(error_code::invalid_value, field_name(pointer) + " " + detail, pointer);
+void refuse_value(const std::string& detail, const std::string& pointer, std::string_view limit) {
+    throw Error(error_code::invalid_value, field_name(pointer) + " " + detail, pointer, limit);
 }
 
 }  // namespace relit::server

@@ -125,7 +125,7 @@ void Reader::lights(std::string_view one, std::string_view several,
     if (list->size() > std::size_t(max_lights))
         refuse_value(
             fmt::format("has {} lights; the limit is {} (max-lights)", list->size(), max_lights),
-            pointer);
+            pointer, "max-lights");
     lights.assign(list->size(), {});
     for (std::size_t i = 0; i < list->size(); ++i)
         read((*list)[i], lights[i], fmt::format("{}/{}", pointer, i));

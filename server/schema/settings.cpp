@@ -50,7 +50,7 @@ Json json_from(const std::string& text, const std::string& pointer) {
     try {
         return parse_json(text);
     } catch (const Error& e) {
-        throw Error(e.code, field_name(pointer) + ": " + e.what(), pointer);
+        throw Error(e.code, field_name(pointer) + ": " + e.what(), pointer, e.limit);
     }
 }
 

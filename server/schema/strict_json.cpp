@@ -58,9 +58,10 @@ private:
         using Event = Json::parse_event_t;
         if (event == Event::key || event == Event::object_end || event == Event::array_end) return;
         if (++values_ > limits_.max_values)
-            throw Error(error_code::malformed_json, "the JSON has more than " +
-                                                        std::to_string(limits_.max_values) +
-                                                        " values (max-json-values)");
+            throw Error(error_code::malformed_json,
+                        "the JSON has more than " + std::to_string(limits_.max_values) +
+                            " values (max-json-values)",
+                        {}, "max-json-values");
     }
 
     void open(bool is_array) {
@@ -68,7 +69,7 @@ private:
             throw Error(error_code::malformed_json,
                         "the JSON is nested deeper than " + std::to_string(limits_.max_depth) +
                             " levels (max-json-depth)",
-                        pointer());
+                        pointer(), "max-json-depth");
         levels_.push_back({is_array, 0, {}, {}});
     }
 

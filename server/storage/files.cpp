@@ -42,32 +42,26 @@ void fail_storage(std::string_view doing) {
     throw Error(error_code::storage_failed, "The server cannot read or write its files now.");
 }
 
-TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_view bytes,
-                             FileTime time)
+TemporaryFile::TemporaryFile(const std::filesystem::path& folder)
     : name_((folder / "XXXXXX").string()), file_(::mkostemp(name_.data(), O_CLOEXEC)) {
     if (!file_.is_open()) fail_storage("make a temporary file");
-    const auto fail = [&](std::string_view doing) {
-        const int error = errno;
-        ::unlink(name_.c_str());
-        errno = error;
-        fail_storage(doing);
-    };
-    while (!bytes.empty()) {
-        const auto written = ::write(file_.descriptor(), bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) fail("write");
-        bytes.remove_prefix(std::size_t(written));
-    }
-    if (::futimens(file_.descriptor(), FileTimes(time).times) != 0) fail("date a file");
-    // A file system that cannot be asked for this writes them when they are synced.
-    (void)::sync_file_range(file_.descriptor(), 0, 0, SYNC_FILE_RANGE_WRITE);
 }
 
 TemporaryFile::~TemporaryFile() {
     if (!name_.empty()) ::unlink(name_.c_str());
 }
 
-void TemporaryFile::sync() {
+void TemporaryFile::append(std::string_view bytes) {
+    while (!bytes.empty()) {
+        const auto written = ::write(file_.descriptor(), bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) fail_storage("write");
+        bytes.remove_prefix(std::size_t(written));
+    }
+}
+
+void TemporaryFile::sync(FileTime time) {
+    if (::futimens(file_.descriptor(), FileTimes(time).times) != 0) fail_storage("date a file");
     if (::fsync(file_.descriptor()) != 0) fail_storage("sync a file");
     is_synced_ = true;
 }

@@ -31,20 +31,19 @@ private:
 };
 
 /// A file under a temporary name; deleted unless it is renamed.
-///
-/// Several are durable soonest when all are made, then all synced, then all renamed: the file system's
-/// journal is then written once for all of them.
 class TemporaryFile {
 public:
-    /// Writes all of `bytes` to a new file in `folder` and dates it; they are on their way to the disk.
-    /// @throws Error storage_full, storage_failed
-    TemporaryFile(const std::filesystem::path& folder, std::string_view bytes, FileTime time);
+    /// A new one in `folder`. @throws Error storage_full, storage_failed
+    explicit TemporaryFile(const std::filesystem::path& folder);
     ~TemporaryFile();
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-    /// Makes its bytes durable. @throws Error storage_full, storage_failed
-    void sync();
+    /// Writes all of `bytes` at its end. @throws Error storage_full, storage_failed
+    void append(std::string_view bytes);
+
+    /// Dates it and makes it durable. @throws Error storage_full, storage_failed
+    void sync(FileTime time);
 
     /// Gives it its name, over what is there, within the file system.
     /// @pre it has been synced

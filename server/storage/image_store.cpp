@@ -139,10 +139,11 @@ void ImageStore::make_folders(const Files& files) const {
 void ImageStore::write_files(const Files& files, std::string_view bytes, const ImageInfo& info,
                              FileTime time) const {
     make_folders(files);
-    TemporaryFile facts(folder_ / "incoming", image_info_text(info), time);
-    TemporaryFile image(folder_ / "incoming", bytes, time);
-    facts.sync();
-    image.sync();
+    TemporaryFile facts(folder_ / "incoming"), image(folder_ / "incoming");
+    facts.append(image_info_text(info));
+    image.append(bytes);
+    facts.sync(time);
+    image.sync(time);
     try {
         facts.rename_to(files.facts);
         image.rename_to(files.image);  // from here on it exists
@@ -196,7 +197,8 @@ std::vector<std::string> ImageStore::make_room(std::uint64_t size_bytes) {
         throw Error(error_code::storage_full,
                     fmt::format("The image has {} bytes, and all stored images together may have "
                                 "{} (max-storage).",
-                                size_bytes, max));
+                                size_bytes, max),
+                    {}, "max-storage");
     const std::uint64_t wanted = index_.size_bytes() + arriving_bytes_ + size_bytes;
     if (wanted <= max) return {};
     auto ids = index_.least_recent(wanted - max);
@@ -204,7 +206,8 @@ std::vector<std::string> ImageStore::make_room(std::uint64_t size_bytes) {
         throw Error(error_code::storage_full,
                     fmt::format("There is no room left to store images: together they may have {} "
                                 "bytes (max-storage), and those in use cannot go.",
-                                max));
+                                max),
+                    {}, "max-storage");
     for (const std::string& id : *ids) {
         unlink_stored(id);
         ++evicted_;
@@ -309,9 +312,9 @@ std::optional<ImageInfo> ImageStore::read_facts(const std::string& id) const {
     if (!bytes) return std::nullopt;
     const auto info = settings_.read_info(*bytes);
     try {
-        TemporaryFile facts(folder_ / "incoming", image_info_text(info),
-                            std::chrono::system_clock::now());
-        facts.sync();
+        TemporaryFile facts(folder_ / "incoming");
+        facts.append(image_info_text(info));
+        facts.sync(std::chrono::system_clock::now());
         const std::scoped_lock lock(mutex_);
         if (index_.find(id)) facts.rename_to(files.facts);
     } catch (const Error&) {  // logged; the facts are known all the same

@@ -3,12 +3,15 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <map>
 #include <random>
 
 #include "server/error_codes.h"
 #include "server/storage/files.h"
 #include "server/storage/sha256.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {
@@ -23,40 +26,101 @@ void make_folder(const fs::path& folder) {
     fail_storage("make a folder");
 }
 
+std::string new_pack() {
+    std::random_device device;
+    return fmt::format("{:08x}{:08x}", device(), device());
+}
+
+// A file that is being filled.
+struct Pack {
+    explicit Pack(const fs::path& incoming) : file(incoming) {}
+    std::string name = new_pack();
+    TemporaryFile file;
+    std::size_t size = 0;
+};
+
+// What a picture's name says; nothing of a name that is none of ours.
+struct Place {
+    std::string_view pack;
+    std::size_t offset = 0, size = 0;
+};
+
+std::string_view next_part(std::string_view& name) {
+    const auto part = name.substr(0, name.find('-'));
+    name.remove_prefix(std::min(part.size() + 1, name.size()));
+    return part;
+}
+
+Place place_of(std::string_view name) {
+    (void)next_part(name);
+    Place place{.pack = next_part(name)};
+    const auto offset = parse_number<std::size_t>(next_part(name));
+    const auto size = parse_number<std::size_t>(name);
+    if (!offset || !size) return {};
+    place.offset = *offset;
+    place.size = *size;
+    return place;
+}
+
+// @return how many files were removed
+std::size_t remove_others(const fs::path& folder, const std::set<std::string>& pictures) {
+    std::set<std::string_view> packs;
+    for (const std::string& name : pictures) packs.insert(ResultFiles::pack_of(name));
+    std::error_code error;  // what stays is found the next time
+    std::size_t count = 0;
+    for (const auto& file : fs::directory_iterator(folder, error))
+        if (!packs.contains(file.path().filename().native()))
+            count += fs::remove(file, error) ? 1 : 0;
+    return count;
+}
+
 }  // namespace
 
 ResultFiles::ResultFiles(fs::path folder)
     : folder_(std::move(folder)),
       clearing_([this](const std::stop_token& stop) { clear_folders(stop); }) {}
 
+// One pack for each batch: what is synced and renamed is a file, however many pictures it holds.
 std::vector<std::string> ResultFiles::put(std::span<const NewPicture> pictures) const {
     if (pictures.empty()) return {};
     const fs::path incoming = folder_ / "incoming", results = folder_ / "results";
     for (const fs::path& folder : {folder_, incoming, results}) make_folder(folder);
-    const auto now = std::chrono::system_clock::now();
-    std::deque<TemporaryFile> files;
-    for (const NewPicture& picture : pictures) files.emplace_back(incoming, picture.bytes, now);
     std::vector<std::string> names;
-    std::set<std::string> batches;
-    for (const NewPicture& picture : pictures) {  // while the disk writes
-        names.push_back(sha256_hex(picture.bytes));
-        batches.insert(picture.batch);
+    std::map<std::string_view, Pack> packs;
+    for (const auto& [batch, bytes] : pictures) {
+        Pack& pack = packs.try_emplace(batch, incoming).first->second;
+        names.push_back(
+            fmt::format("{}-{}-{}-{}", sha256_hex(bytes), pack.name, pack.size, bytes.size()));
+        pack.file.append(bytes);
+        pack.size += bytes.size();
     }
-    for (TemporaryFile& file : files) file.sync();
-    for (const std::string& batch : batches) make_folder(results / batch);
-    for (std::size_t i = 0; i < files.size(); ++i)
-        files[i].rename_to(results / pictures[i].batch / names[i]);
-    for (const std::string& batch : batches) sync_folder(results / batch);
+    for (auto& [batch, pack] : packs) {
+        pack.file.sync(std::chrono::system_clock::now());
+        make_folder(results / batch);
+        pack.file.rename_to(results / batch / pack.name);
+        sync_folder(results / batch);
+    }
     sync_folder(results);
     sync_folder(folder_);
     return names;
 }
 
 SharedBytes ResultFiles::get(const std::string& batch, const std::string& name) const {
-    if (auto bytes = map_file(folder_ / "results" / batch / name)) return *bytes;
+    const Place place = place_of(name);
+    const auto pack =
+        place.pack.empty() ? std::nullopt : map_file(folder_ / "results" / batch / place.pack);
+    if (pack && place.offset <= pack->bytes.size() &&
+        place.size <= pack->bytes.size() - place.offset)
+        return {pack->owner, pack->bytes.substr(place.offset, place.size)};
     spdlog::error("batches: the picture {} of {} was removed by somebody else", name, batch);
     throw Error(error_code::not_found, "The picture is gone.");
 }
+
+std::string_view ResultFiles::content_hash(std::string_view name) {
+    return name.substr(0, name.find('-'));
+}
+
+std::string_view ResultFiles::pack_of(std::string_view name) { return place_of(name).pack; }
 
 // Another folder at once, for a file takes a millisecond to remove while others are written.
 void ResultFiles::remove(const std::string& batch) noexcept try {
@@ -104,12 +168,9 @@ void ResultFiles::sweep(const std::function<std::set<std::string>(const std::str
     for (const auto& batch : fs::directory_iterator(folder_ / "results", error)) {
         const std::set<std::string> names = known(batch.path().filename());
         if (names.empty()) remove(batch.path().filename());
-        else
-            for (const auto& file : fs::directory_iterator(batch.path(), error))
-                if (!names.contains(file.path().filename()))
-                    count += fs::remove(file, error) ? 1 : 0;
+        else count += remove_others(batch.path(), names);
     }
-    if (count > 0) spdlog::warn("batches: removed {} unfinished pictures of the last run", count);
+    if (count > 0) spdlog::warn("batches: removed {} unfinished files of the last run", count);
 }
 
 }  // namespace relit::server

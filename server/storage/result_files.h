@@ -1,5 +1,5 @@
-// The pictures of batches as files named by their content, one folder for each batch. For
-// jobs/batches.h; the store of batches says which of them there are.
+// The pictures of batches, several in a file, one folder for each batch. For jobs/batches.h; the
+// store of batches says which of them there are.
 #pragma once
 
 #include <condition_variable>
@@ -22,9 +22,10 @@ namespace relit::server {
 
 /// Safe from any thread, but for put() and remove() of the same batch at the same time.
 ///
-/// Layout: results/<batch>/<SHA-256 of the bytes>, incoming/ for temporary names, removed/ for folders
-/// whose files are being removed. A file is there whole or not at all; what a crash leaves behind is
-/// removed by sweep().
+/// Layout: results/<batch>/<pack> of pictures that were put together, one after the other; incoming/
+/// for temporary names, removed/ for folders whose files are being removed. A pack is there whole or
+/// not at all; what a crash leaves behind is removed by sweep(). A picture's name says where it is:
+/// <SHA-256 of the bytes>-<pack>-<offset>-<size>.
 class ResultFiles {
 public:
     /// @param folder  made when the first file is put; what it is in has to be there
@@ -36,7 +37,7 @@ public:
         std::string batch;
         std::string_view bytes;
     };
-    /// Stores pictures, durably when this returns. Several at once cost a fraction of one by one.
+    /// Stores pictures, durably when this returns; those of a batch cost hardly more than one of them.
     /// @return their names
     /// @throws Error storage_full, storage_failed; some of them may be there then
     [[nodiscard]] std::vector<std::string> put(std::span<const NewPicture> pictures) const;
@@ -49,10 +50,16 @@ public:
     /// free a millisecond per file later. What cannot be removed is left to the next sweep.
     void remove(const std::string& batch) noexcept;
 
-    /// Removes every file that `known` does not name, and temporary ones. While nobody puts.
-    /// @param known  the names of the files of a batch; none: there is no such batch
+    /// Removes every file of which `known` names no picture, and temporary ones. While nobody puts.
+    /// @param known  the names of the pictures of a batch; none: there is no such batch
     /// @throws what `known` throws
     void sweep(const std::function<std::set<std::string>(const std::string& batch)>& known);
+
+    /// SHA-256 of the picture with that name, in 64 hex digits.
+    [[nodiscard]] static std::string_view content_hash(std::string_view name);
+
+    /// The file that it is in.
+    [[nodiscard]] static std::string_view pack_of(std::string_view name);
 
 private:
     void clear_later(const std::filesystem::path& folder);

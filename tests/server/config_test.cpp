@@ -74,6 +74,27 @@ TEST(Config, SizesHaveUnitsAndTimesAreSeconds) {
     EXPECT_EQ(result.config.limits.stop_timeout, std::chrono::seconds(5));
 }
 
+TEST(Config, TheLogIsTextUnlessSaid) {
+    EXPECT_EQ(read({}).result.config.log_format, LogFormat::text);
+    EXPECT_EQ(read({}).result.config.log_slow.count(), 0);
+    const Variable format("RELIT_LOG_FORMAT", "json");
+    const auto [result, out, err] = read({"--log-slow=250"}, {"RELIT_LOG_FORMAT=json"});
+    ASSERT_FALSE(result.exit_status) << err;
+    EXPECT_EQ(result.config.log_format, LogFormat::json);
+    EXPECT_EQ(result.config.log_slow, std::chrono::milliseconds(250));
+}
+
+TEST(Config, WhatTheDecoderIsHeldToIsSet) {
+    const auto [result, out, err] = read({"--max-image-channels=3", "--max-image-values=1000",
+                                          "--max-tile-bytes=4096", "--max-part-head-bytes=1KiB"});
+    ASSERT_FALSE(result.exit_status) << err;
+    const DecodeLimits decode = decode_limits(result.config.limits);
+    EXPECT_EQ(decode.max_channels, 3);
+    EXPECT_EQ(decode.max_values, 1000);
+    EXPECT_EQ(decode.max_tile_bytes, 4096);
+    EXPECT_EQ(result.config.limits.max_part_head_bytes, 1024u);
+}
+
 TEST(Config, OtherMachinesNeedKeysUnlessTheyAreLetInExpressly) {
     const auto outcome = [](const std::vector<const char*>& arguments) -> std::string {
         const auto [result, out, err] = read(arguments);
@@ -110,6 +131,10 @@ TEST(Config, UnknownFlagsAndRefusedValuesExitWith2AndAReason) {
                                                {"--max-queue", "-1"},
                                                {"--max-queue"},
                                                {"--log-level", "loud"},
+                                               {"--log-format", "xml"},
+                                               {"--log-slow", "-1"},
+                                               {"--max-image-channels", "5"},
+                                               {"--max-tile-bytes", "0"},
                                                {"--max-image-bytes", "much"},
                                                {"--max-storage", "0"},
                                                {"--cors-origins", "example.org"},

@@ -20,6 +20,7 @@ TEST(MetricsText, IsReadStrictlyAndSaysWhatWasCounted) {
     ++metrics.requests.of({"/v1/images/{id}", "GET", 200});
     ++metrics.requests.of({"/v1/images/{id}", "GET", 404});
     ++metrics.errors.of("not-found");
+    ++metrics.limit_refusals.of("max-queue");
     metrics.request_times.of("/healthz").observe(3ms);
     metrics.count(RenderResult::superseded);
     metrics.rendered_pixels += 12345678901;
@@ -32,6 +33,7 @@ TEST(MetricsText, IsReadStrictlyAndSaysWhatWasCounted) {
     EXPECT_EQ(samples.at(requests + R"(,status="200"})"), 2);
     EXPECT_EQ(samples.at(requests + R"(,status="404"})"), 1);
     EXPECT_EQ(samples.at(R"(relit_errors_total{code="not-found"})"), 1);
+    EXPECT_EQ(samples.at(R"(relit_limit_refusals_total{limit="max-queue"})"), 1);
     EXPECT_EQ(samples.at(R"(relit_request_seconds_bucket{route="/healthz",le="0.0025"})"), 0);
     EXPECT_EQ(samples.at(R"(relit_request_seconds_bucket{route="/healthz",le="0.005"})"), 1);
     EXPECT_EQ(samples.at(R"(relit_request_seconds_sum{route="/healthz"})"), 0.003);

@@ -679,9 +679,9 @@ TEST(DecodeLimits, AreNamedWithTheirValue) {
                    {.max_pixels = 7});
     expect_refused(png, error_code::image_too_large, "3 pixels a side (max-image-side)",
                    {.max_side = 3});
-    expect_refused(png, error_code::image_too_large, "3 channels; the limit is 2",
-                   {.max_channels = 2});
-    expect_refused(png, error_code::image_too_large, "23 pixels times channels",
+    expect_refused(png, error_code::image_too_large,
+                   "3 channels; the limit is 2 (max-image-channels)", {.max_channels = 2});
+    expect_refused(png, error_code::image_too_large, "23 pixels times channels (max-image-values)",
                    {.max_values = 23});
     EXPECT_NO_THROW(
         (void)decode(png, {.max_pixels = 8, .max_values = 24, .max_side = 4, .max_channels = 3}));

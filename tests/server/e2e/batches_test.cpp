@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "server/jobs/sqlite_database.h"
+#include "server/storage/result_files.h"
+#include "server/storage/sha256.h"
 #include "tests/server/e2e/batch_server.h"
 #include "tests/support/batch_client.h"
 #include "tests/support/http_client.h"
@@ -96,6 +98,17 @@ std::set<std::string> names_in(const fs::path& folder) {
     return names;
 }
 
+std::set<std::string> packs_of(const fs::path& database, const std::string& batch) {
+    server::SqliteDatabase connection(database, [] { return 0; });
+    server::SqliteQuery rows(connection,
+                             "SELECT file FROM frames WHERE file IS NOT NULL"
+                             " AND batch = (SELECT seq FROM batches WHERE id = ?)",
+                             batch);
+    std::set<std::string> packs;
+    while (rows.next()) packs.emplace(server::ResultFiles::pack_of(rows.text(0)));
+    return packs;
+}
+
 // Every frame has one result, whose bytes are those of a render that nothing disturbs.
 void expect_whole(int port, const fs::path& folder, const Work& work, const std::string& id,
                   int which) {
@@ -104,7 +117,6 @@ void expect_whole(int port, const fs::path& folder, const Work& work, const std:
     EXPECT_EQ(batch["done"], work.frames - 1) << batch.dump();
     EXPECT_EQ(batch["failed"], 1);
     EXPECT_EQ(batch["problems"][0]["problem"]["type"], "/problems/image-too-large");
-    std::set<std::string> files;
     for (int i = 0; i < work.frames; ++i) {
         const auto frame = http(port, "GET", "/v1/batches/" + id + "/frames/" + std::to_string(i));
         if (work.fails(i)) {
@@ -116,10 +128,10 @@ void expect_whole(int port, const fs::path& folder, const Work& work, const std:
         scene.merge_patch(work.patch(which, i));
         const auto render = http(port, "POST", "/v1/render", scene.dump());
         EXPECT_TRUE(frame.body == render.body) << "frame " << i << " of " << id;
-        const std::string etag = frame.header("etag");
-        files.insert(etag.substr(1, etag.size() - 2));
+        EXPECT_EQ(frame.header("etag"), '"' + server::sha256_hex(frame.body) + '"');
     }
-    EXPECT_EQ(names_in(folder / "results" / id), files) << "no orphans";
+    EXPECT_EQ(names_in(folder / "results" / id), packs_of(folder / "batches.db", id))
+        << "no orphans";
 }
 
 void expect_sound(const fs::path& database) {

@@ -109,7 +109,7 @@ TEST_F(HostileRequest, NothingOfItBecomesAHeaderOfTheReply) {
     const std::string evil = "x\r\nX-Injected: 1";
     const std::string target = "/v1/images/" + plato;
     for (const char* name : {"Origin", "Relit-Session", "Idempotency-Key", "If-None-Match",
-                             "X-Request-Id", "Relit-Request-Id", "Traceparent", "Accept"}) {
+                             "X-Request-Id", "Traceparent", "Accept"}) {
         RawConnection raw(relitd->port());  // CR LF is the end of a header, whatever was meant
         raw.send("GET " + target + " HTTP/1.1\r\nHost: a\r\n" + name + ": " + evil + "\r\n\r\n");
         EXPECT_EQ(raw.receive().headers.count("x-injected"), 0u) << name;

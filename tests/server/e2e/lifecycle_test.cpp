@@ -9,6 +9,7 @@
 
 #include "tests/server/e2e/hostile_client.h"
 #include "tests/support/http_client.h"
+#include "tests/support/processes.h"
 #include "tests/support/relit_process.h"
 #include "tests/support/upload_images.h"
 
@@ -24,7 +25,9 @@ TEST(Lifecycle, AnnouncesItsAddressAndItsSettings) {
               "relitd listens on http://127.0.0.1:" + std::to_string(relitd.port()) + "\n");
     EXPECT_EQ(http(relitd.port(), "GET", "/healthz").body, R"({"status":"ok"})");
     EXPECT_NE(relitd.log().find("max-queue=7"), std::string::npos) << relitd.log();
-    EXPECT_NE(relitd.log().find("path=/healthz status=200"), std::string::npos) << relitd.log();
+    EXPECT_TRUE(comes_true([&] {
+        return relitd.log().find("path=/healthz status=200") != std::string::npos;
+    })) << relitd.log();
 }
 
 TEST(Lifecycle, TermAndIntEndIdleServersWithStatus0) {

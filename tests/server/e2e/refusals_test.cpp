@@ -26,7 +26,7 @@ protected:
         connection.send(request + smuggled + smuggled);
         HttpReply reply = connection.receive(request.starts_with("HEAD "));
         EXPECT_EQ(reply.header("connection"), "close") << request.substr(0, 80);
-        EXPECT_FALSE(reply.header("relit-request-id").empty());
+        EXPECT_FALSE(reply.header("x-request-id").empty());
         EXPECT_TRUE(connection.ends_within(500ms)) << request.substr(0, 80);
         return reply;
     }

@@ -10,9 +10,9 @@ namespace {
 constexpr const char* type = "multipart/form-data; boundary=xyz";
 
 std::string code_of(const std::string& body, const std::string& content_type = type,
-                    int max_parts = 10) {
+                    const Limits& limits = {.max_parts = 10}) {
     try {
-        (void)parse_multipart(body, content_type, max_parts);
+        (void)parse_multipart(body, content_type, limits);
         return "accepted";
     } catch (const Error& error) {
         return std::string(error.code);
@@ -26,7 +26,7 @@ const std::string body =
     "--xyz\r\nContent-Disposition: form-data; name=\"empty\"\r\n\r\n\r\n--xyz--\r\nepilogue";
 
 TEST(Multipart, PartsComeInOrderWithTheirBytesUnchanged) {
-    const auto parts = parse_multipart(body, type, 3);
+    const auto parts = parse_multipart(body, type, {.max_parts = 3});
     ASSERT_EQ(parts.size(), 3u);
     EXPECT_EQ(parts[0].name, "scene");
     EXPECT_EQ(parts[0].filename, "");
@@ -61,11 +61,15 @@ TEST(Multipart, BrokenFormsAreRefused) {
     EXPECT_EQ(code_of("--xyz\r\nno colon\r\n\r\na\r\n--xyz--"), "malformed-request");
     EXPECT_EQ(code_of("--xyzz\r\n\r\n\r\n--xyz--"), "malformed-request");
     EXPECT_EQ(code_of("--xyz\r\nA: " + std::string(20'000, 'a') + "\r\n\r\na\r\n--xyz--"),
-              "malformed-request");
+              "body-too-large");
+    EXPECT_EQ(code_of("--xyz\r\nA: " + std::string(20'000, 'a') + "\r\n\r\na\r\n--xyz--", type,
+                      {.max_part_head_bytes = 30'000}),
+              "malformed-request")
+        << "it has no name";
 }
 
 TEST(Multipart, MorePartsThanAllowedAreRefused) {
-    EXPECT_EQ(code_of(body, type, 2), "body-too-large");
+    EXPECT_EQ(code_of(body, type, {.max_parts = 2}), "body-too-large");
 }
 
 // A parser that looks for the boundary anew with every piece would take minutes here.

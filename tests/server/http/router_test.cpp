@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "server/error_codes.h"
+#include "server/http/request_log.h"
 #include "tests/support/test_server.h"
 
 namespace relit::server {
@@ -21,6 +22,7 @@ Reply say_fixed(const Request&, Services&) { return {.body = "fixed"}; }
 Reply fail_as_asked(const Request& request, Services&) {
     const auto how = request.query_value("how");
     if (how == "error") throw Error(error_code::invalid_value, "not 11", "/relief");
+    if (how == "limit") throw Error(error_code::invalid_value, "too many", "", "max-lights");
     if (how == "memory") throw std::bad_alloc();
     if (how == "int") throw 42;
     throw std::runtime_error("secret of /etc");
@@ -41,7 +43,7 @@ protected:
         Request request;
         request.method = method;
         request.path = path;
-        request.id = new_request_id();
+        request.id = request_id_of({});
         if (!how.empty()) request.query.emplace("how", how);
         return dispatch(router_, request, services_.services);
     }
@@ -134,23 +136,25 @@ TEST_F(Dispatch, CountsByPatternMethodAndStatus) {
         ask("METHOD" + std::to_string(i), "/fail");
     }
     ask("GET", "/fail", "error");
+    ask("GET", "/fail", "limit");
+    EXPECT_EQ(services_.metrics.limit_refusals.of("max-lights"), 1u);
     EXPECT_EQ(count("/v1/images/{id}", "GET", 200), 100u);
     EXPECT_EQ(count("none", "GET", 404), 100u);
     EXPECT_EQ(count("/fail", "other", 405), 100u);
-    EXPECT_EQ(count("/fail", "GET", 422), 1u);
+    EXPECT_EQ(count("/fail", "GET", 422), 2u);
     int members = 0;
     services_.metrics.requests.each([&](const auto&, const auto&) { ++members; });
     EXPECT_EQ(members, 4);
     EXPECT_EQ(services_.metrics.errors.of(error_code::not_found), 100u);
-    EXPECT_EQ(services_.metrics.errors.of(error_code::invalid_value), 1u);
+    EXPECT_EQ(services_.metrics.errors.of(error_code::invalid_value), 2u);
     const auto times = services_.metrics.request_times.of("/fail").counts();
-    EXPECT_EQ(std::accumulate(times.begin(), times.end(), std::uint64_t(0)), 101u);
+    EXPECT_EQ(std::accumulate(times.begin(), times.end(), std::uint64_t(0)), 102u);
 }
 
 TEST_F(Dispatch, EveryReplyCarriesAnIdOfItsOwn) {
     std::set<std::string> ids;
     for (const char* path : {"/v1/images/a", "/nothing", "/fail"})
-        ids.insert(ask("GET", path).headers.find("Relit-Request-Id")->second);
+        ids.insert(ask("GET", path).headers.find("X-Request-Id")->second);
     EXPECT_EQ(ids.size(), 3u);
 }
 

@@ -80,7 +80,7 @@ TEST(Streams, AreSentInChunksAndTheConnectionGoesOn) {
         EXPECT_EQ(reply.header("transfer-encoding"), "chunked");
         EXPECT_EQ(reply.header("content-length"), "");
         EXPECT_EQ(reply.body, "one two three");
-        EXPECT_NE(reply.header("relit-request-id"), "");
+        EXPECT_NE(reply.header("x-request-id"), "");
     }
 }
 

@@ -350,6 +350,72 @@ TEST(RenderSlots, AreNeitherLostNorGivenTwice) {
     EXPECT_EQ(slots.waiting(), 0);
 }
 
+// With a clock of its own, one slot and three places in line.
+class Line : public testing::Test {
+protected:
+    void wait_in_line(int callers) {
+        for (int i = 0; i < callers; ++i) {
+            waiting_.push_back(std::make_unique<Caller>(slots_, never));
+            wait_until([&] { return slots_.waiting() == int(waiting_.size()); });
+        }
+    }
+    void leave_line() { waiting_.clear(); }
+
+    std::atomic<Clock::time_point> now_ = Clock::time_point(1000s);
+    RenderSlots slots_{{.max_running = 1, .max_waiting = 3}, [this] { return now_.load(); }};
+    std::vector<std::unique_ptr<Caller>> waiting_;
+};
+
+TEST_F(Line, ThatHasBeenFullIsKeptShortUntilSlotsAreFree) {
+    std::optional<RenderSlots::Slot> held;
+    const auto hold = [&] { held.emplace(slots_.wait_for_slot(never, {})); };
+    hold();
+    wait_in_line(3);
+    EXPECT_FALSE(slots_.overloaded()) << "a burst";
+    EXPECT_EQ(refusal_of(slots_), "queue-full");
+    EXPECT_TRUE(slots_.overloaded());
+    leave_line();
+    wait_in_line(1);
+    EXPECT_EQ(refusal_of(slots_), "queue-full") << "two more could wait";
+    leave_line();
+
+    // A second in which the slot was free for less than a fifth of it changes nothing.
+    now_ = now_.load() + 850ms;
+    held.reset();
+    now_ = now_.load() + 150ms;
+    hold();
+    EXPECT_TRUE(slots_.overloaded());
+    now_ = now_.load() + 700ms;
+    held.reset();
+    now_ = now_.load() + 300ms;
+    hold();
+    EXPECT_FALSE(slots_.overloaded());
+    wait_in_line(3);
+    EXPECT_EQ(refusal_of(slots_), "queue-full");
+    leave_line();
+}
+
+TEST_F(Line, TakesNobodyWhoseTurnWouldComeTooLate) {
+    auto held = std::optional(slots_.wait_for_slot(never, {}));
+    now_ = now_.load() + 10s;
+    held.reset();  // work takes 10 s
+    held.emplace(slots_.wait_for_slot(never, {}));
+    wait_in_line(2);
+    try {
+        (void)slots_.wait_for_slot(now_.load() + 19s, {});
+        FAIL() << "two are before it";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, error_code::queue_full);
+        EXPECT_EQ(error.limit, "render-timeout");
+    }
+    EXPECT_FALSE(slots_.overloaded());
+    Caller patient(slots_, now_.load() + 21s);
+    wait_until([&] { return slots_.waiting() == 3; });
+    leave_line();
+    patient.cancel();
+    EXPECT_EQ(patient.refusal(), "cancelled");
+}
+
 TEST(RenderSlots, TellHowLongNobodyHasUsedThem) {
     auto now = Clock::time_point(1h);
     RenderSlots slots({.max_running = 1}, [&] { return now; });

@@ -23,7 +23,7 @@ protected:
         request.path = path;
         request.body = std::move(body);
         request.headers = std::move(headers);
-        return dispatch(router_, std::move(request), services_.services);
+        return dispatch(router_, request, services_.services);
     }
     Reply upload(std::vector<Part> parts) {
         Request request;
@@ -31,14 +31,14 @@ protected:
         request.path = "/v1/images";
         request.headers = {{"Content-Type", "multipart/form-data; boundary=x"}};
         request.parts = std::move(parts);
-        return dispatch(router_, std::move(request), services_.services);
+        return dispatch(router_, request, services_.services);
     }
     Reply list(std::multimap<std::string, std::string> query) {
         Request request;
         request.method = "GET";
         request.path = "/v1/images";
         request.query = std::move(query);
-        return dispatch(router_, std::move(request), services_.services);
+        return dispatch(router_, request, services_.services);
     }
     std::string upload_one(int seed) {
         const std::string png = test::small_png(seed);
@@ -160,7 +160,7 @@ TEST(SmallStore, EvictsForNewImagesAndSaysWhatDoesNotFit) {
         request.method = "POST";
         request.path = "/v1/images";
         request.body = std::move(body);
-        return dispatch(router, std::move(request), services.services);
+        return dispatch(router, request, services.services);
     };
     EXPECT_EQ(upload(png).status, 201);
     EXPECT_EQ(upload(test::small_png(1)).status, 201);
@@ -245,7 +245,7 @@ TEST(BuiltInImageRoutes, AreServedAndNotDeleted) {
         request.method = method;
         request.path = target;
         request.body = std::move(body);
-        return dispatch(router, std::move(request), services.services);
+        return dispatch(router, request, services.services);
     };
     EXPECT_EQ(ask("GET", path).status, 200);
     EXPECT_NE(ask("GET", path).body.find(R"("created":null)"), std::string::npos);

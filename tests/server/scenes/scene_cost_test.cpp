@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "server/error_codes.h"
+#include "server/scenes/scene_loading.h"
 #include "server/schema/scene_json.h"
+#include "tests/support/encoded.h"
 
 namespace relit::server {
 namespace {
@@ -49,9 +51,12 @@ TEST(SceneCost, KnowsWhichEnvironmentsHaveNoShortCut) {
     EXPECT_LT(quick, 20.0 * 500'000);
     EXPECT_GT(quick, 500'000);
     for (const std::string& slow :
-         {sky + R"(, "radius": 3})", sky + R"(}, "relief": 6, "material": {"depth": 0.008})",
+         {sky + R"(, "radius": 3})", sky + R"(}, "base": 0)", sky + R"(}, "base": -0.001)",
+          sky + R"(}, "base": -9)", sky + R"(}, "relief": 6, "material": {"depth": 0.008})",
           sky + R"(}, "material": {"specular": {"k": 0.5, "occlude": true}})"})
         EXPECT_EQ(cost(slow), 256.0 * 500'000) << slow;
+    for (const std::string floor : {"\"none\"", "\"auto\"", "-0.01", "-2"})
+        EXPECT_EQ(cost(sky + "}, \"base\": " + floor), quick) << floor;
     EXPECT_EQ(cost(sky + R"(}, "material": {"specular": {"k": 0, "occlude": true}})"), quick);
     EXPECT_EQ(cost(sky + R"(, "radius": 3}, "output": {"accuracy": "preview"})"), 64.0 * 500'000);
 }
@@ -108,6 +113,42 @@ TEST(SceneCost, TheDefaultLimitLetsSaneScenesThroughAndAbsurdOnesNot) {
     };
     for (const auto& [rest, side] : absurd)
         EXPECT_THROW(check_cost(scene(rest), side, side, limits), Error) << rest;
+}
+
+// A map that is loaded is looked at where it matters.
+TEST(SceneCost, NoiseCountsForEnvironments) {
+    const auto code_of = [](bool is_noise, std::int64_t max_scene_cost) {
+        Image map(64, 64, 1);
+        std::uint32_t random = 1;
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 64; ++x)
+                map.at(x, y) =
+                    is_noise ? float((random = random * 1664525 + 1013904223) >> 8) / float(1 << 24)
+                             : float(x) / 64.0f;
+        const std::string file =
+            test::encoded(map, {.format = PictureFormat::png, .bit_depth = 16, .srgb = false});
+        Limits limits;
+        limits.max_scene_cost = max_scene_cost;
+        SharedCache cache(1 << 20);
+        const Executor executor(1);
+        try {
+            (void)load_scene(
+                scene(R"("light": {"type": "environment", "image": {"image": "b"}})"),
+                [&](const ImageSource&) {
+                    return SharedBytes{nullptr, file};
+                },
+                [](std::string_view bytes) { return decode(bytes); }, limits, executor, cache);
+            return std::string("loaded");
+        } catch (const Error& error) {
+            EXPECT_EQ(error.pointer, "/light");
+            return std::string(error.code);
+        }
+    };
+    constexpr std::int64_t texels = 64 * 64;
+    EXPECT_EQ(code_of(false, 100 * texels), "loaded");
+    EXPECT_EQ(code_of(true, 100 * texels), "too-costly");
+    EXPECT_EQ(code_of(true, 256 * texels), "loaded");
+    EXPECT_EQ(code_of(false, 10 * texels), "too-costly") << "dear enough without";
 }
 
 TEST(SceneCost, TheRefusalHasBothValues) {

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "server/error_codes.h"
+#include "server/storage/sha256.h"
 #include "tests/support/temporary_folder.h"
 
 namespace relit::server {
@@ -40,18 +41,46 @@ protected:
     test::TemporaryFolder folder;
 };
 
-TEST_F(ResultFilesTest, OfSeveralBatchesArePutTogetherAndNamedInTheirOrder) {
+TEST_F(ResultFilesTest, OfABatchArePutIntoOneFileAndNamedInTheirOrder) {
     ResultFiles files(folder.path());
     const ResultFiles::NewPicture pictures[] = {
-        {"a", "one"}, {"b", "two"}, {"a", "one"}, {"a", "three"}};
+        {"a", "one"}, {"b", "two"}, {"a", "one"}, {"a", ""}, {"a", "three"}};
     const auto names = files.put(pictures);
-    ASSERT_EQ(names.size(), 4u);
-    for (std::size_t i = 0; i < names.size(); ++i)
+    ASSERT_EQ(names.size(), 5u);
+    for (std::size_t i = 0; i < names.size(); ++i) {
         EXPECT_EQ(files.get(pictures[i].batch, names[i]).bytes, pictures[i].bytes) << i;
-    EXPECT_EQ(names[0], names[2]) << "the same bytes are there once";
-    EXPECT_EQ(entries_in("results/a"), 2u);
+        EXPECT_EQ(ResultFiles::content_hash(names[i]), sha256_hex(pictures[i].bytes)) << i;
+    }
+    EXPECT_EQ(entries_in("results/a"), 1u);
+    EXPECT_EQ(entries_in("results/b"), 1u);
     EXPECT_EQ(entries_in("incoming"), 0u);
     EXPECT_TRUE(files.put({}).empty());
+}
+
+// Of a file that somebody cut, and by names that nobody was given.
+TEST_F(ResultFilesTest, ThatAreNotThereAreNotFound) {
+    ResultFiles files(folder.path());
+    const ResultFiles::NewPicture whole{"a", "whole"};
+    const std::string name = files.put({&whole, 1}).front();
+    const std::string stem = name.substr(0, name.rfind('-'));
+    const std::string place = stem.substr(0, stem.rfind('-'));
+    for (const std::string& wrong :
+         {stem + "-6", place + "-1-5", place + "-6-0", place + "-99999999999999999999-1", place,
+          std::string("-"), std::string()})
+        EXPECT_THROW((void)files.get("a", wrong), Error) << wrong;
+    fs::resize_file(folder.path() / "results" / "a" / ResultFiles::pack_of(name), 4);
+    EXPECT_THROW((void)files.get("a", name), Error);
+}
+
+// A pack stays for as long as one of its pictures is known.
+TEST_F(ResultFilesTest, ThatNobodyKnowsAreSwept) {
+    ResultFiles files(folder.path());
+    const ResultFiles::NewPicture kept[] = {{"a", "known"}, {"a", "unknown"}};
+    const std::string known = files.put(kept).front();
+    put(files, "a", 3);
+    files.sweep([&](const std::string&) { return std::set<std::string>{known}; });
+    EXPECT_EQ(entries_in("results/a"), 1u);
+    EXPECT_EQ(files.get("a", known).bytes, "known");
 }
 
 TEST_F(ResultFilesTest, OfARemovedBatchAreGoneAtOnceAndTheirRoomIsFreedAfterwards) {
@@ -74,10 +103,11 @@ TEST_F(ResultFilesTest, OfARemovedBatchAreGoneAtOnceAndTheirRoomIsFreedAfterward
 }
 
 TEST_F(ResultFilesTest, ThatWereToBeRemovedWhenTheProgramEndedAreSweptByTheNext) {
-    {
+    const std::set<std::string> kept = [&] {
         ResultFiles files(folder.path());
-        put(files, "kept", 1);
-    }
+        const ResultFiles::NewPicture picture{"kept", "picture"};
+        return std::set<std::string>{files.put({&picture, 1}).front()};
+    }();
     fs::create_directories(folder.path() / "removed" / "a-01234567");
     std::ofstream(folder.path() / "removed" / "a-01234567" / "left") << "over";
     fs::create_directories(folder.path() / "results" / "forgotten");
@@ -85,9 +115,7 @@ TEST_F(ResultFilesTest, ThatWereToBeRemovedWhenTheProgramEndedAreSweptByTheNext)
     ResultFiles files(folder.path());
     files.sweep([&](const std::string& batch) {
         std::set<std::string> names;
-        if (batch == "kept")
-            for (const auto& file : fs::directory_iterator(folder.path() / "results" / batch))
-                names.insert(file.path().filename());
+        if (batch == "kept") names = kept;
         return names;
     });
     EXPECT_TRUE(becomes_empty("removed"));
