@@ -5,6 +5,7 @@
 #include "server/access/signed_url.h"
 #include "server/http/head.h"
 #include "server/http/multipart.h"
+#include "server/http/trace_context.h"
 #include "server/routes/query.h"
 #include "server/routes/render_request.h"
 #include "server/routes/routes.h"
@@ -41,6 +42,10 @@ Request request_of(const Head& head, const Router& router) {
     return request;
 }
 
+bool is_hex(const std::string& text, std::size_t digits) {
+    return text.size() == digits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
 void claim_form_is_its_parts(std::string_view body, const std::vector<Part>& parts) {
     std::size_t size = 0;
     for (const Part& part : parts) {
@@ -68,6 +73,8 @@ void parameters(std::string_view input) {
     if (!accepts([&] { request = request_of(head, router); })) return;
     (void)accepts([&] { (void)page_size(request); });
     (void)accepts([&] { (void)token_header(request, "Relit-Session"); });
+    if (const auto trace = parse_traceparent(request.header("traceparent").value_or("")))
+        claim(is_hex(trace->trace_id, 32) && is_hex(trace->parent_id, 16), "a trace has ids");
     RenderRequest render;
     if (accepts([&] { render = parse_render_request(request, limits); }))
         claim(scene_json(parse_scene(render.scene_text, limits.max_lights)) == render.scene_text,
@@ -75,11 +82,11 @@ void parameters(std::string_view input) {
 }
 
 void multipart(std::string_view input) {
-    constexpr int max_parts = 8;
+    static const Limits limits{.max_parts = 8};
     const std::string type(take_line(input));
     std::vector<Part> parts;
-    if (!accepts([&] { parts = parse_multipart(std::string(input), type, max_parts); })) return;
-    claim(parts.size() <= max_parts, "a form keeps its limit");
+    if (!accepts([&] { parts = parse_multipart(std::string(input), type, limits); })) return;
+    claim(int(parts.size()) <= limits.max_parts, "a form keeps its limit");
     claim_form_is_its_parts(input, parts);
 }
 
