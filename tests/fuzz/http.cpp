@@ -62,7 +62,7 @@ std::string answers_to(const std::vector<std::string_view>& pieces) {
     }
     connection.finish_sending();
     std::string answers = connection.rest();
-    for (const char* name : {"\r\nDate: ", "\r\nX-Request-Id: "})
+    for (const char* name : {"\r\nDate: ", "\r\nX-Request-Id: ", "\r\ntraceresponse: "})
         for (auto at = answers.find(name); at != std::string::npos; at = answers.find(name, at))
             answers.erase(at, answers.find("\r\n", at + 2) - at);
     return answers;
