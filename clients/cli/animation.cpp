@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 #include "clients/cli/failure.h"
@@ -22,11 +21,8 @@ namespace fs = std::filesystem;
 // The whole text as a number from `least` to `most`.
 template <class Number>
 std::optional<Number> number_in(const std::string& text, Number least, Number most) {
-    Number number{};
-    const char* const end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, number);
-    const bool fits = error == std::errc{} && rest == end && number >= least && number <= most;
-    return fits ? std::optional(number) : std::nullopt;
+    const auto number = server::parse_number<Number>(text);
+    return number && *number >= least && *number <= most ? number : std::nullopt;
 }
 
 AnimationOptions options_of(const AnimationFlags& flags) {

@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <optional>
 #include <random>
 
 #include "clients/cli/failure.h"
+#include "server/text.h"
 
 namespace relit::cli {
 namespace {
@@ -62,13 +62,6 @@ fs::path behind_links(const fs::path& path) {
     return failed || file.empty() ? path : file;
 }
 
-std::optional<int> number_in(const std::string& text) {
-    int number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
-
 // The descriptor that a target names: "-", /dev/stdout, /dev/fd/3, /proc/self/fd/3, a link to one
 // of them. By its path such a target would be opened anew, from the start, or replaced.
 std::optional<int> named_descriptor(const std::string& target) {
@@ -80,7 +73,7 @@ std::optional<int> named_descriptor(const std::string& target) {
         const fs::path folder = fs::canonical(folder_of(path), failed);
         const bool of_ours = folder.string().starts_with(self.string() + "/");
         if (!failed && of_ours && folder.filename() == "fd")
-            return number_in(path.filename().string());
+            return server::parse_number<int>(path.filename().string());
         if (!failed) path = folder / fs::read_symlink(path, failed);
     }
     return std::nullopt;

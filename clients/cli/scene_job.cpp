@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "clients/cli/failure.h"
 #include "clients/cli/limits_here.h"
@@ -43,10 +42,8 @@ void add_image(const std::string& field, const std::string& argument,
 }
 
 bool is_number(std::string_view text) {
-    double number = 0;
     if (text.starts_with('+')) text.remove_prefix(1);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    return error == std::errc{} && end == text.data() + text.size();
+    return server::parse_number<double>(text).has_value();
 }
 
 // "file,yaw,pitch": up to two numbers at the end are angles; other commas are the file's own.

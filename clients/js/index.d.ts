@@ -138,9 +138,14 @@ export interface Abortable {
 
 /** One server. */
 export class Relit {
-  /** @param server  its address, with a path where it is mounted under one; default: where the module came from */
-  constructor(server?: string)
+  /**
+   * @param server       its address, with a path where it is mounted under one; default: where the module came from
+   * @param options.key  for a server that asks for one: sent with every request. Visitors of the page can read it.
+   */
+  constructor(server?: string, options?: { key?: string | null })
   readonly server: string
+  /** A new one may be set. */
+  key?: string | null
   /** fetch() of a path of the server; what is no success is thrown as a RelitError. */
   fetch(path: string, init?: RequestInit): Promise<Response>
   /** What GET answers, as JSON: get('/v1/presets'). */
@@ -151,7 +156,7 @@ export class Relit {
   scene(scene: Scene, options?: Abortable): Promise<{ scene: Scene; etag: string | null }>
   /** @param options.session  a token: a newer render of the same session stops the older ones, which fail with 409 */
   render(scene: Scene, options?: Abortable & { session?: string }): Promise<Picture>
-  /** The address of the scene's picture, for <img src> and downloads. */
+  /** The address of the scene's picture, for <img src> and downloads. It holds no key: a server with keys wants it signed. */
   url(scene: Scene): string
 }
 
@@ -196,10 +201,11 @@ export interface FrameDetail extends Picture {
 }
 
 /**
- * <relit-image src server scene preset light sun env alt>
+ * <relit-image src server key scene preset light sun env alt>
  *
  * src      id of a stored image, or an address: fetched by the browser and uploaded
  * server   default: where the module came from
+ * key      for a server that asks for one; visitors of the page can read it
  * scene    JSON of a scene, under the other attributes
  * preset   its name
  * light    "x,y,z"; sun: "azimuth,elevation"; env: "id,yaw,pitch"
@@ -213,7 +219,8 @@ export interface FrameDetail extends Picture {
  * A drag asks for quick pictures (JPEG; PNG where something is transparent; WebP where the way is slow), the largest that come
  * in time, and for the final one (PNG, all pixels) when the hand has let go or rests for 150 ms. At most one request is under
  * way and one scene waits, whose place a newer one takes; while the server is away it is asked again after 0.25 s, and twice as
- * long each time up to 8 s. Nothing is eased or moves by itself, so that prefers-reduced-motion has nothing to change.
+ * long each time up to 8 s; an address in `src` that does not answer is given up after six times. Nothing is eased or moves by
+ * itself, so that prefers-reduced-motion has nothing to change.
  *
  * Arrow keys move the light by 2 % of the picture's width, with Shift by 10 %; Page Up and Page Down a point light nearer and
  * farther. A pointerdown or keydown whose default was prevented on its way in (capture) is left alone.

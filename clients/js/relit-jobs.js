@@ -12,11 +12,12 @@ export function upload(client, image, { signal, progress } = {}) {
     signal?.throwIfAborted()
     const request = new XMLHttpRequest()
     request.open('POST', client.server + '/v1/images')
+    if (client.key) request.setRequestHeader('Authorization', 'Bearer ' + client.key)
     request.responseType = 'json'
     request.upload.onprogress = ({ loaded, total }) => progress?.(loaded, total)
     request.onload = () => {
       const { status, response } = request
-      const after = Number(request.getResponseHeader('Retry-After'))
+      const after = Number(request.getResponseHeader('Retry-After')) || 0
       if (status < 300) done(response)
       else fail(new RelitError(response?.detail ?? `The server answers ${status}.`, status, response, after))
     }

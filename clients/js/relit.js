@@ -1,24 +1,23 @@
-// Explained in index.d.ts. MIT licence.
+// MIT, see index.d.ts
 const { min, max, hypot, atan2, round, PI } = Math
 const clamp = (x, low, high) => min(max(x, low), high)
 
 export class RelitError extends Error {
   constructor(message, status = 0, problem, retryAfter = 0) {
-    super(message)
-    const code = problem?.type.split('/').pop()
+    const code = problem?.type?.split('/').pop()
     const temporary = [0, 429, 502, 503, 507].includes(status)
-    Object.assign(this, { status, code, problem, retryAfter, temporary })
+    Object.assign(super(message), { status, code, problem, retryAfter, temporary })
   }
 }
 
 async function checked(answer, options) {
   const reply = await answer.catch((error) => {
-    throw options?.signal?.aborted ? error : new RelitError('The server does not answer.')
+    throw options?.signal?.aborted ? error : new RelitError((options?.src ?? 'The server') + ' does not answer.')
   })
   const { ok = true, status, headers } = reply
   if (ok) return reply
   const problem = await reply.json().catch(() => {})
-  throw new RelitError(problem?.detail ?? 'Status ' + status, status, problem, +headers.get('Retry-After'))
+  throw new RelitError(problem?.detail ?? 'Status ' + status, status, problem, +headers.get('Retry-After') || 0)
 }
 
 const post = (scene, { session, ...options } = {}) => ({
@@ -29,11 +28,14 @@ const post = (scene, { session, ...options } = {}) => ({
 })
 
 export class Relit {
-  constructor(server) {
+  constructor(server, { key } = {}) {
+    this.key = key
     this.server = (server ?? new URL('.', import.meta.url).href).replace(/\/+$/, '')
   }
   fetch(path, options) {
-    return checked(fetch(this.server + path, options), options)
+    const headers = new Headers(options?.headers)
+    if (this.key) headers.set('Authorization', 'Bearer ' + this.key)
+    return checked(fetch(this.server + path, { ...options, headers }), options)
   }
   async get(path, options) {
     return (await this.fetch(path, options)).json()
@@ -43,7 +45,7 @@ export class Relit {
   }
   async scene(scene, options) {
     const reply = await this.fetch('/v1/scene', post(scene, options))
-    return { scene: await reply.json(), etag: reply.headers.get('ETag') }
+    return { etag: reply.headers.get('ETag'), scene: await reply.json() }
   }
   async render(scene, options) {
     const begin = performance.now()
@@ -52,12 +54,12 @@ export class Relit {
     const blob = await checked(reply.blob(), options)
     const total = performance.now() - begin
     const timing = { total, network: total, transfer: total + begin - head }
-    const [etag, accuracy, stages] = ['ETag', 'Relit-Accuracy', 'Server-Timing'].map((name) => reply.headers.get(name))
-    for (const [, stage, ms] of (stages ?? '').matchAll(/(\w+);dur=([\d.]+)/g)) timing.network -= timing[stage] = +ms
-    return { blob, etag, accuracy, timing }
+    const header = (name) => reply.headers.get(name)
+    for (const [, stage, ms] of (header('Server-Timing') ?? '').matchAll(/(\w+);dur=([\d.]+)/g)) timing.network -= timing[stage] = +ms
+    return { blob, etag: header('ETag'), accuracy: header('Relit-Accuracy'), timing }
   }
   url(scene) {
-    return this.server + '/v1/render?scene=' + btoa(JSON.stringify(scene))
+    return this.server + '/v1/render?scene=' + btoa(unescape(encodeURIComponent(JSON.stringify(scene)))).replace(/\+/g, '-').replace(/\//g, '_')
   }
 }
 
@@ -86,9 +88,8 @@ export function handlePosition(light, [w, h], [left, top, across, down] = all) {
 }
 
 export function lightAt({ direction, ...light }, [x, y], [w, h], [left, top, across, down] = all) {
-  if (isPoint(light)) {
+  if (isPoint(light))
     return { ...light, position: rounded([left + (x / w) * across, 1 - top - (y / h) * down, place(light)[2]]) }
-  }
   if (!isSun(light))
     return { ...light, rotation: rounded([turn((x / w) * 360 - 180), clamp((y / h) * 180 - 90, -90, 90)]) }
   const away = [x - w / 2, h / 2 - y, 0]
@@ -108,8 +109,7 @@ export const nextScale = (scale, { network, transfer, render, encode }) =>
 
 const css = `:host(:not([hidden])){display:block;position:relative}
 canvas{display:block;width:100%;height:100%;cursor:crosshair;touch-action:none}
-b{position:absolute;top:0;left:0;width:24px;aspect-ratio:1;box-sizing:border-box;transform:translate(-50%,-50%);border:2px solid #fff;border-radius:50%;background:var(--relit-light);box-shadow:0 0 0 2px #000a;cursor:grab;touch-action:none}`
-const html = `<canvas part=picture role=img></canvas><b part=handle role=slider tabindex=0 aria-label=Light hidden></b>`
+b{position:absolute;top:0;left:0;width:24px;aspect-ratio:1;box-sizing:border-box;border:2px solid #fff;border-radius:50%;background:var(--relit-light);box-shadow:0 0 0 2px #000a;cursor:grab;touch-action:none}`
 const keys = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1], PageUp: [0, 0, 1], PageDown: [0, 0, -1] }
 const partial = ({ preset, lights }) => !!preset || !lights?.[0]
 
@@ -118,22 +118,22 @@ function mount(host) {
   const sheet = new CSSStyleSheet()
   sheet.replaceSync(css)
   root.adoptedStyleSheets = [sheet]
-  root.innerHTML = html
+  root.innerHTML = `<canvas part=picture role=img></canvas><b part=handle role=slider tabindex=0 aria-label=Light hidden></b>`
   const [canvas, handle] = root.children
-  const session = Math.random().toString(36)
+  const session = Math.random()
   let scene = null
   let scale = 1
   let failures = 0
-  let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again
+  let map, active, pixels, moved, grip, slow, newest, waiting, running, resting, again, lost, alt, src, server, key, json, preset, point, sun, env
 
   const tell = (type, detail) => host.dispatchEvent(new CustomEvent('relit-' + type, { detail, bubbles: true }))
   const index = () => (scene?.lights[active] ? active : handledIndex(scene?.lights ?? []))
   const light = () => scene.lights[index()]
   const tellLight = (rest) => tell('light', { scene, light: light(), index: index(), rest })
   const size = () => [canvas.clientWidth, canvas.clientHeight]
-  const width = () => round(size()[0] * devicePixelRatio)
+  const width = () => round(canvas.clientWidth * devicePixelRatio)
   const region = () => scene.output?.region ?? [0, 0, map.width, map.height]
-  const crop = () => region().map((texels, i) => texels / (i % 2 ? map.height : map.width))
+  const crop = () => region().map((at, i) => at / (i % 2 ? map.height : map.width))
 
   function locate() {
     if (!map || !scene) return
@@ -141,14 +141,13 @@ function mount(host) {
     const { color = '#fff' } = light()
     const [x, y] = handlePosition(light(), size(), crop()).map((at, i) => clamp(at, -18, size()[i] + 18))
     handle.hidden = false
-    handle.style.translate = `${x}px ${y}px`
+    handle.style.translate = `calc(${x}px - 50%) calc(${y}px - 50%)`
     handle.style.setProperty('--relit-light', color.map ? `color(srgb-linear ${color.join(' ')})` : color)
-    handle.ariaValueNow = round((x / size()[0]) * 100)
+    handle.ariaValueNow = round((x / canvas.clientWidth) * 100)
     handle.ariaValueText = spokenLight(light())
     return [x, y]
   }
 
-  // One under way, one waiting.
   function ask(next, final = partial(next)) {
     newest = next
     if (!partial(next)) scene = next
@@ -182,9 +181,9 @@ function mount(host) {
       if (failures) tell('recovery', (failures = 0))
       tell('frame', { ...drawn, ...job, width, height })
     } catch (error) {
-      const late = error.code === 'superseded' // by one given up
+      const late = error.code === 'superseded'
       if (!signal.aborted) {
-        const wait = late ? 50 : error.temporary ? max(min(250 * 2 ** failures, 8000), error.retryAfter * 1000) : null
+        const wait = late ? 50 : error.temporary ? 1000 * max(min(2 ** failures / 4, 8), error.retryAfter) : null
         if (wait) {
           waiting ??= job
           again = setTimeout(() => work((again = 0)), wait)
@@ -198,10 +197,12 @@ function mount(host) {
   async function render(job, signal) {
     await null
     const { client } = host
-    const src = host.getAttribute('src')
     let next = job.scene
     if (!next.height && src) {
-      const file = await checked(fetch(src))
+      const file = await checked(fetch(src), { src }).catch((error) => {
+        error.temporary &&= ++lost < 6
+        throw error
+      })
       next = { ...next, height: { image: (await client.upload(await file.blob(), { signal })).id } }
     }
     if (partial(next) || !next.height) {
@@ -214,19 +215,19 @@ function mount(host) {
     job.scene = next
     locate()
     pixels = width()
-    const opaque = next.output?.background || (!next.alpha && map.channels % 2 && map.type[0] === 'u')
     const output = { ...next.output, accuracy: 'final', format: 'png', effort: 'fast', bitDepth: null, width: pixels, height: null }
     if (!job.final) {
       output.accuracy = 'preview'
       output.width = Math.ceil((min(pixels, region()[2]) * scale) / 16) * 16
-      if (slow || opaque) output.format = slow ? 'webp' : 'jpeg'
+      if (output.background || (!next.alpha && map.channels % 2 && map.type[0] === 'u')) output.format = 'jpeg'
+      if (slow) output.format = 'webp'
     }
     return client.render({ ...next, output }, { signal, session })
   }
 
   function move(lamp) {
     moved = true
-    ask({ ...scene, lights: scene.lights.map((other, i) => (i === index() ? lamp : other)) })
+    ask({ ...scene, lights: scene.lights.with(index(), lamp) })
     tellLight(false)
   }
   const moveTo = (x, y) => move(lightAt(light(), [x, y], size(), crop()))
@@ -249,9 +250,8 @@ function mount(host) {
     if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return
     event.preventDefault()
     const [right, down, near] = keys[event.key].map((step) => step * (event.shiftKey ? 0.1 : 0.02))
-    const [w] = size()
     const [x, y] = handlePosition(light(), size(), crop())
-    if (!near) moveTo(x + right * w, y + down * w)
+    if (!near) moveTo(x + right * canvas.clientWidth, y + down * canvas.clientWidth)
     else if (isPoint(light()))
       move({ ...light(), position: rounded(place(light()).map((at, i) => at + (i > 1 && near))) })
   })
@@ -267,31 +267,31 @@ function mount(host) {
     waiting = again = pixels = null
     running?.abort()
     resized.disconnect()
-    if (changed) newest = null
+    if (changed) newest = lost = null
     if (!host.isConnected) return
     resized.observe(host)
-    const [src, server, json, preset, point, sun, env, alt] = attributes.map((name) => host.getAttribute(name))
+    ;[alt, src, server, key, json, preset, point, sun, env] = attributes.map((name) => host.getAttribute(name))
     canvas.ariaLabel = alt
     if (newest) return
-    if (changed === 'server' || !host.client) host.client = new Relit(server)
+    if (/server|key/.test(changed) || !host.client) host.client = new Relit(server, { key })
     const words = (point ?? sun ?? env)?.split(',')
-    const next = JSON.parse(json ?? '{}')
-    if (src) next.height = /^[\da-f]{64}$/.test(src) ? { image: src } : undefined
+    const next = { ...JSON.parse(json) }
+    if (src) next.height = /^[\da-f]{64}$/.test(src) && { image: src }
     if (preset) next.preset = preset
     if (words) {
-      const [azimuth, elevation, pitch] = words.map(Number)
+      const [azimuth, elevation, z] = words.map(Number)
       delete next.lights
-      next.light = { type: 'environment', image: { image: words[0] }, rotation: [elevation, pitch] }
+      next.light = { type: 'environment', image: { image: words[0] }, rotation: [elevation, z] }
       if (sun) next.light = { type: 'directional', azimuth, elevation }
-      if (point) next.light = { type: 'point', position: [azimuth, elevation, pitch] }
+      if (point) next.light = { type: 'point', position: [azimuth, elevation, z] }
     }
     if (src || next.height) ask(next)
   }
 }
 
-const attributes = ['src', 'server', 'scene', 'preset', 'light', 'sun', 'env', 'alt']
+const attributes = 'alt src server key scene preset light sun env'.split(' ')
 export class RelitImage extends (globalThis.HTMLElement ?? Object) {
-  static observedAttributes = attributes.slice(0, -1)
+  static observedAttributes = attributes.slice(1)
   #start = mount(this)
   connectedCallback() {
     this.#start()

@@ -1,6 +1,8 @@
 // What went wrong and what to do about it, in a sentence or two. Plain functions, no page.
 
 const advice = {
+  unauthorized: 'Load the page again to give one.',
+  forbidden: 'Load the page again to give another one.',
   'not-found': 'The server may have made room for others: open the file again.',
   'body-too-large': 'Make it smaller and open it again.',
   'image-too-large': 'Make it smaller and open it again.',

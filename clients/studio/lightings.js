@@ -1,4 +1,5 @@
 // Lights to start from, over whatever look is on: plain scenes of lights, by the names photographers and map makers use.
+import { environmentLight } from './scene.js'
 
 const point = (position, intensity, color = '#ffffff') => ({ type: 'point', position, color, intensity })
 const sun = (azimuth, elevation, intensity, color = '#ffffff') => ({
@@ -29,17 +30,7 @@ export const isPossible = ({ material, lights }) =>
 
 /** The scene under a lighting; what is lit from behind gets a back. */
 export function underLighting(scene, name, environment) {
-  if (name === 'Sky') {
-    const sky = {
-      type: 'environment',
-      image: { image: environment },
-      rotation: [0, 0],
-      intensity: 'auto',
-      weighting: 'solid-angle',
-      radius: null,
-    }
-    return { ...scene, lights: [sky] }
-  }
+  if (name === 'Sky') return { ...scene, lights: [environmentLight(environment)] }
   const { lights, panel } = lightings.find((one) => one.name === name)
   return { ...scene, lights, base: panel && scene.base === 'none' ? 'auto' : scene.base }
 }

@@ -18,7 +18,8 @@ export function bindOpen(store, client, catalogue, say, fail) {
     progress.hidden = false
     progress.value = 0
     try {
-      const image = await upload(client, file, { progress: (sent, total) => (progress.value = sent / total) })
+      const told = { progress: (sent, total) => (progress.value = sent / total) }
+      const image = await client.withKey(() => upload(client, file, told))
       if (mine === turn) use(image, file.name || 'Pasted image', as)
     } catch (error) {
       if (mine === turn) fail(error)

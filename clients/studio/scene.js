@@ -3,14 +3,7 @@
 /** A scene as the server completes it -> as the studio holds it. */
 export const heldScene = ({ light, ...scene }) => (light ? { ...scene, lights: [light] } : scene)
 
-/** A scene as one word for an address: base64url of its JSON, as GET /v1/render takes it. */
-export function encodeScene(scene) {
-  const bytes = new TextEncoder().encode(JSON.stringify(scene))
-  const base64 = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''))
-  return base64.replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '')
-}
-
-/** The scene of such a word, or nothing where it is none. */
+/** The scene of a word in an address (base64url of its JSON, as GET /v1/render takes it), or nothing where it is none. */
 export function decodeScene(word) {
   try {
     const base64 = atob(word.replaceAll('-', '+').replaceAll('_', '/'))
@@ -101,6 +94,16 @@ export const overMap = (scene, id) => ({
 /** Whether a light shines from behind the picture. */
 export const isBehind = ({ position, direction, elevation }) => (position?.[2] ?? direction?.[2] ?? elevation ?? 0) < 0
 
+/** Surroundings as the light. @param id  of an image */
+export const environmentLight = (id) => ({
+  type: 'environment',
+  image: { image: id },
+  rotation: [0, 0],
+  intensity: 'auto',
+  weighting: 'solid-angle',
+  radius: null,
+})
+
 const newcomers = {
   point: { type: 'point', position: [0.85, 0.85, 0.6], color: '#ffffff', intensity: 1 },
   directional: { type: 'directional', azimuth: 315, elevation: 35, color: '#ffffff', intensity: 1 },
@@ -108,14 +111,7 @@ const newcomers = {
 
 /** A light of a kind; of the one before what both kinds have. An environment takes the id of an image. */
 export function newLight(type, image, before) {
-  const light = newcomers[type] ?? {
-    type,
-    image: { image },
-    rotation: [0, 0],
-    intensity: 'auto',
-    weighting: 'solid-angle',
-    radius: null,
-  }
+  const light = newcomers[type] ?? environmentLight(image)
   if (!light.color || !before?.color) return light
   return { ...light, color: before.color, intensity: before.intensity }
 }

@@ -1,6 +1,6 @@
 // What leaves the studio: the link in the address bar, words to paste, and the picture's file.
 import { layerNames } from './controls.js'
-import { encodeScene, imagesOf, same, shortened } from './scene.js'
+import { imagesOf, same, shortened } from './scene.js'
 import { fileName, snippetsOf } from './snippets.js'
 import { make, segments } from './widgets.js'
 
@@ -39,8 +39,9 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
   let all = []
   let current = 'link'
 
+  const wordOf = (url) => url.match(/scene=[\w-]+/)[0]
   const link = () =>
-    `${location.origin}${location.pathname}#scene=${encodeScene(shortened(store.scene, catalogue.defaults))}`
+    `${location.origin}${location.pathname}#${wordOf(client.url(shortened(store.scene, catalogue.defaults)))}`
   function snippets() {
     const { scene, map } = store
     const short = shortened(scene, catalogue.defaults)
@@ -55,6 +56,7 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
       link: link(),
       element: elementScene(scene, catalogue.defaults),
       size: pictureSize(scene, map),
+      keyed: !!client.key,
     })
   }
 

@@ -1,13 +1,13 @@
 // The shelf on the left: reliefs to open, looks to put on, surroundings to light with. Thumbnails are the server's own
 // pictures, which the browser's cache keeps by their ETag; they are asked for one after the other, and only while the hand rests.
 import { isPossible, lightingNames, underLighting } from './lightings.js'
-import { overMap, same, shortened } from './scene.js'
+import { environmentLight, overMap, same, shortened } from './scene.js'
 import { make } from './widgets.js'
 
 const side = 144 // pixels of a thumbnail
 
 /** Loads pictures one at a time while `isIdle()`. @return ask(img, url) */
-function thumbnailQueue(isIdle) {
+function thumbnailQueue(client, isIdle) {
   let waiting = []
   let running = false
   let later = null
@@ -17,7 +17,7 @@ function thumbnailQueue(isIdle) {
     if (!isIdle()) return void (later = setTimeout(next, 120))
     running = true
     const { img, url } = waiting.shift()
-    if (img.isConnected) img.className = (await shown(img, url)) ? 'there' : ''
+    if (img.isConnected) img.className = (await shown(img, url, client)) ? 'there' : ''
     running = false
     next()
   }
@@ -28,14 +28,17 @@ function thumbnailQueue(isIdle) {
   }
 }
 
-async function shown(img, url) {
-  const loaded = Object.assign(new Image(), { src: url })
+async function shown(img, url, client) {
+  const src = await client.source(url).catch(() => '')
+  const loaded = Object.assign(new Image(), { src })
   const whole = await loaded.decode().then(
     () => true,
     () => false,
   )
-  if (whole) img.src = url
+  if (whole) img.src = src
   else img.removeAttribute('src')
+  await img.decode().catch(() => {})
+  URL.revokeObjectURL(src) // of a blob; any other address has nothing to give back
   return whole
 }
 
@@ -56,7 +59,7 @@ const brief = ({ name, title }) => (name ? capitals(name) : title)
 
 /** @param actions  {openRelief(relief), choosePreset(name), chooseEnvironment(id)} */
 export function bindShelf(store, client, catalogue, isIdle, actions) {
-  const ask = thumbnailQueue(isIdle)
+  const ask = thumbnailQueue(client, isIdle)
   const parts = { reliefs: '', looks: '', lighting: '', surroundings: '' }
   const fill = (id, key, cards) => {
     if (parts[id] === key) return false
@@ -171,17 +174,7 @@ export function sceneWith(scene, role, id, active) {
   if (role === 'height') return overMap(scene, id)
   if (role !== 'environment') return { ...scene, [role]: { image: id } }
   const before = scene.lights[active]
-  const light =
-    before.type === 'environment'
-      ? { ...before, image: { image: id } }
-      : {
-          type: 'environment',
-          image: { image: id },
-          rotation: [0, 0],
-          intensity: 'auto',
-          weighting: 'solid-angle',
-          radius: null,
-        }
+  const light = before.type === 'environment' ? { ...before, image: { image: id } } : environmentLight(id)
   return { ...scene, lights: scene.lights.map((other, i) => (i === active ? light : other)) }
 }
 

@@ -1,23 +1,7 @@
 // What is round the picture: theme, tooltips, tabs of small screens, keys, the first hint, and how long pictures took.
+import { kept } from './kept.js'
 
 const $ = (id) => document.getElementById(id)
-const kept = {
-  // a browser may refuse to keep things
-  get: (key) => {
-    try {
-      return localStorage.getItem(key)
-    } catch {
-      return null
-    }
-  },
-  set: (key, value) => {
-    try {
-      localStorage.setItem(key, value)
-    } catch {
-      /* for this visit, then */
-    }
-  },
-}
 
 const themes = ['auto', 'light', 'dark']
 

@@ -18,11 +18,13 @@ export const fileName = (name, format) => {
  * @param scene    short, with `output` as the picture is to be
  * @param picture  {server, name: what the picture shows, file: name of the relief, format, images: ids of all images,
  *                  samples: ids of images that ship, url: the picture's address, link: of this page, element: the scene as
- *                  <relit-image> takes it, size: [width, height] of the picture}
+ *                  <relit-image> takes it, size: [width, height] of the picture, keyed: whether the server asks for a key}
  * @return         [{name, title, text, note}]
  */
 export function snippetsOf(scene, picture) {
-  const { server, format, url, link } = picture
+  const { server, format, url, link, keyed } = picture
+  const key = keyed ? ' -H "Authorization: Bearer $RELIT_API_KEY"' : ''
+  const sentence = (open, asking) => (keyed ? asking : open)
   const file = fileName(picture.file, format)
   const text = JSON.stringify(scene)
   return [
@@ -36,26 +38,32 @@ export function snippetsOf(scene, picture) {
     {
       name: 'curl',
       title: 'curl',
-      text: `curl ${shellQuoted(server + '/v1/render')} -o ${shellQuoted(file)} --json ${shellQuoted(text)}`,
-      note: 'Writes the picture, as the download has it.',
+      text: `curl ${shellQuoted(server + '/v1/render')} -o ${shellQuoted(file)}${key} --json ${shellQuoted(text)}`,
+      note: sentence('Writes the picture, as the download has it.', 'The key is taken from RELIT_API_KEY.'),
     },
     {
       name: 'img',
       title: '<img>',
       text: imageTag(url, picture),
-      note: 'The picture has an address, and caches keep it.',
+      note: sentence('The picture has an address, and caches keep it.', 'Sign the address with relit sign-url: it has no key.'),
     },
     {
       name: 'element',
       title: '<relit-image>',
       text: elementTag(picture),
-      note: 'A picture whose light visitors can move.',
+      note: sentence(
+        'A picture whose light visitors can move.',
+        'A picture whose light visitors can move, with a key="…" that they can read: of scope render, for this page.',
+      ),
     },
     {
       name: 'cli',
       title: 'relit',
       text: command(scene, file, picture),
-      note: 'The command line. It makes the same bytes without a server, where it has the files.',
+      note: sentence(
+        'The command line. It makes the same bytes without a server, where it has the files.',
+        'The command line. Where it asks the server, the key is taken from RELIT_API_KEY.',
+      ),
     },
   ]
 }

@@ -1,8 +1,8 @@
 // The studio: a height map, and the light to move over it. This module puts the others together.
-import { Relit } from '../relit.js'
 import { bindOpen } from './open.js'
 import { spokenFailure } from './failures.js'
 import { lightDefaults, readFields } from './fields.js'
+import { KeyedClient } from './keys.js'
 import { bindPanel, environmentsOf } from './panel.js'
 import { decodeScene, heldScene, overMap } from './scene.js'
 import { bindSection } from './section.js'
@@ -13,7 +13,7 @@ import { createStore } from './store.js'
 import { bindKeys, bindTabs, bindTheme, bindTips, showTimings } from './shell.js'
 
 const $ = (id) => document.getElementById(id)
-const client = new Relit('')
+const client = new KeyedClient('')
 const store = createStore()
 const picture = $('picture')
 const before = $('before')

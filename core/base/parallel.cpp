@@ -5,6 +5,7 @@
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
 
 #include <atomic>
 #include <optional>
@@ -40,16 +41,20 @@ void parallel_rows(const Executor& executor, int rows, const std::stop_token& st
     // oneTBB orders what stands before, in and after the loop, but its library is not instrumented:
     // the two counters say so to ThreadSanitizer as well.
     std::atomic<int> begun = 0, done = 0;
+    // Ranges are halved down to rows as they are come to: cancelled ones are left whole. Isolated, so
+    // that a loop without a stop of its own runs to its end also within one that is stopped.
+    tbb::task_group_context context(tbb::task_group_context::isolated);
     begun.store(1, std::memory_order_release);
     executor.arena_->arena.execute([&] {
         tbb::parallel_for(
             tbb::blocked_range<int>(0, rows, 1),
             [&](const tbb::blocked_range<int>& range) {
                 (void)begun.load(std::memory_order_acquire);
-                if (!stop.stop_requested()) body({range.begin(), range.end()});
+                if (stop.stop_requested()) context.cancel_group_execution();
+                else body({range.begin(), range.end()});
                 done.fetch_add(1, std::memory_order_release);
             },
-            tbb::simple_partitioner());
+            tbb::simple_partitioner(), context);
     });
     (void)done.load(std::memory_order_acquire);
     if (stop.stop_requested()) throw Error(error_code::cancelled, "the render was cancelled");

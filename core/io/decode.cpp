@@ -1,6 +1,7 @@
 #include "core/io/decode.h"
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <new>
 #include <span>
@@ -69,12 +70,31 @@ std::unique_ptr<OIIO::ImageInput> reader_of(FileFormat format) {
                                                               : std::string(name_of(format)));
 }
 
+// The file's bytes. OpenImageIO 2.4's own reader of memory adds an offset and a size without a look at
+// what overflows: an OpenEXR that says its rows are before its beginning was given what lies there.
+class FileInMemory final : public OIIO::Filesystem::IOMemReader {
+public:
+    explicit FileInMemory(std::string_view bytes) : IOMemReader(bytes.data(), bytes.size()) {}
+
+    std::size_t read(void* buffer, std::size_t size) override {
+        const std::size_t count = pread(buffer, size, m_pos);
+        m_pos += std::int64_t(count);
+        return count;
+    }
+    std::size_t pread(void* buffer, std::size_t size, std::int64_t offset) override {
+        const auto whole = std::int64_t(m_buf.size());
+        if (offset < 0 || offset >= whole) return 0;
+        const std::size_t count = std::min(size, std::size_t(whole - offset));
+        std::memcpy(buffer, m_buf.data() + offset, count);
+        return count;
+    }
+};
+
 // One opened file. Errors of OpenImageIO are taken from it and dropped: they name files and
 // functions, and it prints what nobody fetched.
 class Reader {
 public:
-    Reader(std::string_view bytes, FileFormat format)
-        : format_(format), memory_(bytes.data(), bytes.size()) {
+    Reader(std::string_view bytes, FileFormat format) : format_(format), memory_(bytes) {
         input_ = reader_of(format);
         if (!input_) throw_unsupported(format_, "any content");  // built without that reader
         OIIO::ImageSpec config;
@@ -125,7 +145,7 @@ private:
     }
 
     FileFormat format_;
-    OIIO::Filesystem::IOMemReader memory_;
+    FileInMemory memory_;
     std::unique_ptr<OIIO::ImageInput> input_;
     OIIO::ImageSpec spec_;
     std::unique_ptr<Float64Tiff> doubles_;
@@ -287,9 +307,7 @@ DecodedImage decode(std::string_view bytes, const DecodeLimits& limits) {
     Image image;
     const ImageInfo info =
         decode_into(bytes, limits, [&](const ImageInfo& facts, std::size_t values) {
-            if (image.values.empty())
-                image.values.reserve(std::size_t(facts.width) * std::size_t(facts.height) *
-                                     std::size_t(facts.channels));
+            if (image.values.empty()) image.values.reserve(facts.value_count());
             image.values.resize(values);
             return image.values.data();
         });

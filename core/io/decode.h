@@ -27,6 +27,11 @@ struct ImageInfo {
     int channels = 0;         ///< 1 grey, 2 grey + alpha, 3 RGB, 4 RGB + alpha
     bool has_alpha = false;   ///< the last channel is alpha
     bool associated = false;  ///< the file's colour is multiplied by its alpha (OpenEXR, some TIFF)
+
+    /// Of the decoded image: width * height * channels.
+    [[nodiscard]] std::size_t value_count() const {
+        return std::size_t(width) * std::size_t(height) * std::size_t(channels);
+    }
 };
 
 struct DecodedImage {

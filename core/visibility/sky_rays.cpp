@@ -148,7 +148,8 @@ std::optional<kernels::BandPacket> SkyMarch::packet(int i, int j, int end) const
 
 // Samples beyond which a ray of a group is above all that is round about, or below the floor.
 void SkyMarch::limit(kernels::BandPacket& packet) const {
-    const auto [low, high] = std::minmax_element(packet.z, packet.z + band_texels);
+    const auto extremes = std::minmax_element(packet.z, packet.z + band_texels);
+    const float low = *extremes.first, high = *extremes.second;
     const float slack = 8 * scenery_.height_unit;
     const float lean = float(depth_);
     const auto last_of = [&](int samples, const auto& counts) {
@@ -172,12 +173,12 @@ void SkyMarch::limit(kernels::BandPacket& packet) const {
         packet.near_samples[0][group] =
             std::min(scenery_.near_samples, 1 + last_of(scenery_.near_samples, [&](int k) {
                                                 return near_highest[k] + slack >
-                                                       *low + slope * near_distance(k);
+                                                       low + slope * near_distance(k);
                                             }));
         packet.far_samples[0][group] = last_of(scenery_.far_samples, [&](int k) {
-            return far_highest[k] + slack > *low + rise(far_distances_[k]);
+            return far_highest[k] + slack > low + rise(far_distances_[k]);
         });
-        const float above_floor = *high - scenery_.floor + slack;
+        const float above_floor = high - scenery_.floor + slack;
         packet.near_samples[1][group] =
             std::min(scenery_.near_samples, 1 + last_of(scenery_.near_samples, [&](int k) {
                                                 return slope * near_distance(k) < above_floor;

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "server/access/signed_url.h"
 #include "server/error_codes.h"
@@ -22,14 +21,6 @@ std::optional<std::string_view> bearer_token(std::string_view header) {
                     [](char wanted, char c) { return wanted == lower(c); }))
         return std::nullopt;
     return trimmed(header.substr(scheme.size()));
-}
-
-std::optional<std::int64_t> seconds_in(const std::string& text) {
-    std::int64_t seconds = 0;
-    const auto* const end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, seconds);
-    if (error != std::errc() || rest != end) return std::nullopt;
-    return seconds;
 }
 
 void add_rate_headers(const RateState& rate, Reply& reply) {
@@ -107,7 +98,7 @@ const ApiKey& Access::signer_of(const KeyList& keys, Request& request) const {
     });
     if (signer == keys.end())
         refuse("The signature is not that of this URL by a key that the server knows.");
-    const auto expires = seconds_in(request.query_value("expires").value_or(""));
+    const auto expires = parse_number<std::int64_t>(request.query_value("expires").value_or(""));
     if (!expires || request.query.count("expires") > 1)
         refuse("The parameter 'expires' must be there once, in seconds since 1970.");
     const auto now = std::chrono::floor<std::chrono::seconds>(now_()).time_since_epoch().count();

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/storage/files.h"
 #include "server/storage/sha256.h"
 #include "server/text.h"
 
@@ -68,38 +69,9 @@ ApiKey parse_line(std::string_view text, int line) {
     throw std::runtime_error(std::string("cannot be read: ") + std::strerror(errno));
 }
 
-class File {
-public:
-    explicit File(const std::filesystem::path& path)
-        : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-        if (descriptor_ < 0) fail_to_read();
-    }
-    ~File() { ::close(descriptor_); }
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-
-    [[nodiscard]] struct stat status() const {
-        struct stat status {};
-        if (::fstat(descriptor_, &status) != 0) fail_to_read();
-        return status;
-    }
-    [[nodiscard]] std::string text() const {
-        std::string text;
-        std::array<char, 16 << 10> piece{};
-        for (;;) {
-            const auto got = ::read(descriptor_, piece.data(), piece.size());
-            if (got < 0) fail_to_read();
-            if (got == 0) return text;
-            text.append(piece.data(), std::size_t(got));
-            if (text.size() > largest_file) throw std::runtime_error("is larger than 256 KiB");
-        }
-    }
-
-private:
-    int descriptor_;
-};
-
-void check_who_may_use_it(const struct stat& status) {
+void check_who_may_use_it(const File& file) {
+    struct stat status {};
+    if (::fstat(file.descriptor(), &status) != 0) fail_to_read();
     if (!S_ISREG(status.st_mode)) throw std::runtime_error("is no file");
     if (status.st_uid != 0 && status.st_uid != ::geteuid())
         throw std::runtime_error("belongs to another user than relitd's and root");
@@ -108,10 +80,23 @@ void check_who_may_use_it(const struct stat& status) {
             "may be written by its group or used by everybody: chmod 600 puts that right");
 }
 
+std::string text_of(const File& file) {
+    std::string text;
+    std::array<char, 16 << 10> piece{};
+    for (;;) {
+        const auto got = ::read(file.descriptor(), piece.data(), piece.size());
+        if (got < 0) fail_to_read();
+        if (got == 0) return text;
+        text.append(piece.data(), std::size_t(got));
+        if (text.size() > largest_file) throw std::runtime_error("is larger than 256 KiB");
+    }
+}
+
 KeyList read_keys(const std::filesystem::path& path) {
-    const File file(path);
-    check_who_may_use_it(file.status());
-    return parse_api_keys(file.text());
+    const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!file.is_open()) fail_to_read();
+    check_who_may_use_it(file);
+    return parse_api_keys(text_of(file));
 }
 
 }  // namespace

@@ -13,15 +13,10 @@
 #include <fstream>
 #include <vector>
 
+#include "core/base/sanitized.h"
+
 namespace relit::server {
 namespace {
-
-// Sanitizers map terabytes for their shadows, which no limit on address space could tell apart.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 constexpr rlim_t most_descriptors = 8;  // 0 to 2, its socket, the file and its texels
 
@@ -122,6 +117,7 @@ std::uint64_t address_space_bytes() {
 }
 
 bool confine(const DecodeAllowance& allowance, std::uint64_t used_bytes) {
+    // Sanitizers map terabytes for their shadows, which no limit on address space could tell apart.
     if (!sanitized) limit(RLIMIT_AS, used_bytes + allowance.memory_bytes);
     limit(RLIMIT_FSIZE, allowance.file_bytes);
     limit(RLIMIT_CPU, allowance.cpu_s);

@@ -60,10 +60,6 @@ std::unique_ptr<File> file_of(std::string_view bytes) {
     return file;
 }
 
-std::size_t value_count(const ImageInfo& info) {
-    return std::size_t(info.width) * std::size_t(info.height) * std::size_t(info.channels);
-}
-
 // Piece by piece, each given back to the system as soon as it is here: in memory there is one image.
 Texels values_in(int file, std::size_t count) {
     Texels values;
@@ -111,7 +107,7 @@ std::optional<ImageInfo> checked_info(const std::optional<DecodeReport>& report,
         format,           SampleType(report->type), report->width,          report->height,
         report->channels, report->has_alpha != 0,   report->associated != 0};
     if (!fits(info, limits)) return std::nullopt;
-    if (texels >= 0 && !has_size(texels, value_count(info) * sizeof(float))) return std::nullopt;
+    if (texels >= 0 && !has_size(texels, info.value_count() * sizeof(float))) return std::nullopt;
     return info;
 }
 
@@ -238,7 +234,7 @@ DecodedImage DecodePool::decode(std::string_view bytes, const DecodeControl& con
     decoded.image.width = decoded.info.width;
     decoded.image.height = decoded.info.height;
     decoded.image.channels = decoded.info.channels;
-    decoded.image.values = values_in(texels->descriptor(), value_count(decoded.info));
+    decoded.image.values = values_in(texels->descriptor(), decoded.info.value_count());
     return decoded;
 }
 

@@ -45,8 +45,7 @@ public:
     explicit SharedTexels(int file) : file_(file) {}
     float* room(const ImageInfo& info) {
         if (!mapping_) {
-            const std::size_t size = std::size_t(info.width) * std::size_t(info.height) *
-                                     std::size_t(info.channels) * sizeof(float);
+            const std::size_t size = info.value_count() * sizeof(float);
             if (::ftruncate(file_, off_t(size)) != 0) note_lack_of_memory();
             mapping_.emplace(file_, size, PROT_READ | PROT_WRITE, MAP_SHARED);
         }

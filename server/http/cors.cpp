@@ -1,7 +1,6 @@
 #include "server/http/cors.h"
 
 #include <algorithm>
-#include <charconv>
 #include <stdexcept>
 
 #include "server/text.h"
@@ -41,10 +40,8 @@ bool is_host(std::string_view text) {
 }
 
 bool is_port(std::string_view text) {
-    int port = 0;
-    const auto end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, port);
-    return error == std::errc() && rest == end && port > 0 && port <= 65535 && text.front() != '0';
+    const auto port = parse_number<int>(text);
+    return port && *port > 0 && *port <= 65535 && text.front() != '0';
 }
 
 // The origin as browsers write it: in lower case, without the scheme's own port.

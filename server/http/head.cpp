@@ -2,7 +2,6 @@
 #include "server/text.h"
 
 #include <algorithm>
-#include <charconv>
 
 namespace relit::server {
 namespace {
@@ -151,12 +150,9 @@ void read_headers(std::string_view text, const Limits& limits, Headers& headers)
 }
 
 std::uint64_t content_length(const std::string& value) {
-    std::uint64_t length = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), length);
-    const bool digits = !value.empty() && value[0] >= '0' && value[0] <= '9';
-    if (!digits || error != std::errc{} || end != value.data() + value.size() || value.size() > 18)
-        throw malformed("The Content-Length is not a number.");
-    return length;
+    const auto length = parse_number<std::uint64_t>(value);
+    if (!length || value.size() > 18) throw malformed("The Content-Length is not a number.");
+    return *length;
 }
 
 // How the body is delimited (RFC 9112, 6.3), and everything about it that is a reason to refuse.

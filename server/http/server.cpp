@@ -19,6 +19,7 @@
 
 #include "server/error_codes.h"
 #include "server/http/acceptor.h"
+#include "server/http/chunk_framing.h"
 #include "server/http/connection.h"
 #include "server/http/exchange.h"
 #include "server/http/hangup_watch.h"
@@ -35,8 +36,8 @@ constexpr std::size_t copied_body_bytes = 64 << 10;  // up to here one send() fo
 // the body.
 class LibraryStream final : public httplib::Stream {
 public:
-    LibraryStream(Connection& connection, std::string head, const Limits& limits)
-        : connection_(connection), head_(std::move(head)), limits_(limits) {}
+    LibraryStream(Connection& connection, std::string head, bool chunked, const Limits& limits)
+        : connection_(connection), head_(std::move(head)), chunked_(chunked), limits_(limits) {}
 
     ssize_t read(char* data, std::size_t size) override {
         if (head_read_ < head_.size()) {
@@ -47,6 +48,8 @@ public:
         if (reply_begun_ || last_ != Connection::Got::data) return -1;
         const auto received = connection_.receive(data, size, pace_);
         last_ = received.got;
+        if (last_ == Connection::Got::data && chunked_ && !chunks_.follow({data, received.size}))
+            last_ = Connection::Got::failure;
         return last_ == Connection::Got::data ? ssize_t(received.size) : -1;
     }
 
@@ -78,6 +81,8 @@ public:
 private:
     Connection& connection_;
     std::string head_;
+    const bool chunked_;
+    ChunkFraming chunks_;
     const Limits& limits_;
     Pace pace_{limits_};
     std::size_t head_read_ = 0;
@@ -362,7 +367,7 @@ struct Server::Impl {
         exchange.request.address = address;
         exchange.request.client_gone = std::move(client_gone);
         if (!exchange.refusal) admit(exchange);
-        LibraryStream stream(connection, library_head(exchange), limits);
+        LibraryStream stream(connection, library_head(exchange), exchange.head.chunked, limits);
         Passage passage{exchange, stream};
         current = &passage;
         bool closed = false;

@@ -232,7 +232,7 @@ void BatchRunner::sweep_once() {
 // @return false: nothing is ended, and they are to be tried again
 bool BatchRunner::deliver(HeldList& finished) try {
     std::vector<JobStore::Ending> endings;
-    std::set<std::string> batches;
+    std::vector<ResultFiles::NewPicture> pictures;
     for (Held& held : finished) {
         JobStore::Ending& ending = endings.emplace_back();
         ending.lease = held.lease;
@@ -242,10 +242,13 @@ bool BatchRunner::deliver(HeldList& finished) try {
                 {error_code::storage_full, "there is no room left for results (max-results)"});
         if (!ending.problem.empty()) continue;
         const auto& [bytes, media_type] = *held.picture;
-        ending.result = {results_.put(held.lease.batch, bytes), bytes.size(), media_type};
-        batches.insert(held.lease.batch);
+        ending.result = {"", bytes.size(), media_type};
+        pictures.push_back({held.lease.batch, bytes});
     }
-    results_.sync(batches);
+    std::vector<std::string> names = results_.put(pictures);
+    auto name = names.begin();
+    for (JobStore::Ending& ending : endings)
+        if (ending.result) ending.result->file = std::move(*name++);
     const auto ended = store_.end(endings);
     for (std::size_t i = 0; i < ended.size(); ++i) {
         const std::string& batch = endings[i].lease.batch;

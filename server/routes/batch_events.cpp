@@ -9,6 +9,7 @@
 #include "server/routes/batches.h"
 #include "server/routes/query.h"
 #include "server/schema/batch_json.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {

@@ -16,6 +16,7 @@
 #include "server/schema/field_error.h"
 #include "server/schema/problem_json.h"
 #include "server/storage/sha256.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {

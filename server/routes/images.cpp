@@ -9,6 +9,7 @@
 #include "server/routes/json_reply.h"
 #include "server/routes/query.h"
 #include "server/schema/image_json.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {

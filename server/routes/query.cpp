@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "server/error_codes.h"
+#include "server/text.h"
 
 namespace relit::server {
 

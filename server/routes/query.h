@@ -2,9 +2,7 @@
 // neither is a parameter.
 #pragma once
 
-#include <charconv>
 #include <initializer_list>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,14 +21,5 @@ void allow_parameters(const Request& request, std::initializer_list<std::string_
 /// A header that is a name of the client's own making; empty: it is not there.
 /// @throws Error malformed_request unless it has 1 to 128 visible ASCII characters
 [[nodiscard]] std::string token_header(const Request& request, std::string_view name);
-
-/// All of the text, in decimal.
-template <typename Number>
-std::optional<Number> parse_number(std::string_view text) {
-    Number number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
 
 }  // namespace relit::server

@@ -3,13 +3,13 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <set>
 
 #include "server/error_codes.h"
 #include "server/schema/field_error.h"
 #include "server/schema/strict_json.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {
@@ -37,10 +37,7 @@ std::optional<double> number_from(std::string_view text) {
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     if (text.empty() || text.find_first_not_of("0123456789.eE+-") != std::string_view::npos)
         return std::nullopt;
-    double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    return number;
+    return parse_number<double>(text);
 }
 
 // Ids of 64 digits look like numbers, and files may be called null.

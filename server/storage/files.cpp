@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cassert>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -42,32 +43,37 @@ void fail_storage(std::string_view doing) {
 }
 
 TemporaryFile::TemporaryFile(const std::filesystem::path& folder, std::string_view bytes,
-                             FileTime time) {
-    std::string name = (folder / "XXXXXX").string();
-    const File file(::mkostemp(name.data(), O_CLOEXEC));
-    if (!file.is_open()) fail_storage("make a temporary file");
+                             FileTime time)
+    : name_((folder / "XXXXXX").string()), file_(::mkostemp(name_.data(), O_CLOEXEC)) {
+    if (!file_.is_open()) fail_storage("make a temporary file");
     const auto fail = [&](std::string_view doing) {
         const int error = errno;
-        ::unlink(name.c_str());
+        ::unlink(name_.c_str());
         errno = error;
         fail_storage(doing);
     };
     while (!bytes.empty()) {
-        const auto written = ::write(file.descriptor(), bytes.data(), bytes.size());
+        const auto written = ::write(file_.descriptor(), bytes.data(), bytes.size());
         if (written < 0 && errno == EINTR) continue;
         if (written < 0) fail("write");
         bytes.remove_prefix(std::size_t(written));
     }
-    if (::futimens(file.descriptor(), FileTimes(time).times) != 0) fail("date a file");
-    if (::fsync(file.descriptor()) != 0) fail("sync a file");
-    name_ = std::move(name);
+    if (::futimens(file_.descriptor(), FileTimes(time).times) != 0) fail("date a file");
+    // A file system that cannot be asked for this writes them when they are synced.
+    (void)::sync_file_range(file_.descriptor(), 0, 0, SYNC_FILE_RANGE_WRITE);
 }
 
 TemporaryFile::~TemporaryFile() {
     if (!name_.empty()) ::unlink(name_.c_str());
 }
 
+void TemporaryFile::sync() {
+    if (::fsync(file_.descriptor()) != 0) fail_storage("sync a file");
+    is_synced_ = true;
+}
+
 void TemporaryFile::rename_to(const std::filesystem::path& path) {
+    assert(is_synced_);
     if (std::rename(name_.c_str(), path.c_str()) != 0) fail_storage("rename");
     name_.clear();
 }

@@ -31,21 +31,30 @@ private:
 };
 
 /// A file under a temporary name; deleted unless it is renamed.
+///
+/// Several are durable soonest when all are made, then all synced, then all renamed: the file system's
+/// journal is then written once for all of them.
 class TemporaryFile {
 public:
-    /// Writes all of `bytes` to a new file in `folder`, dates it and syncs it.
+    /// Writes all of `bytes` to a new file in `folder` and dates it; they are on their way to the disk.
     /// @throws Error storage_full, storage_failed
     TemporaryFile(const std::filesystem::path& folder, std::string_view bytes, FileTime time);
     ~TemporaryFile();
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
+    /// Makes its bytes durable. @throws Error storage_full, storage_failed
+    void sync();
+
     /// Gives it its name, over what is there, within the file system.
+    /// @pre it has been synced
     /// @throws Error storage_full, storage_failed
     void rename_to(const std::filesystem::path& path);
 
 private:
     std::string name_;  // empty once renamed
+    File file_;
+    bool is_synced_ = false;
 };
 
 /// Makes the names in a folder durable. @throws Error storage_full, storage_failed

@@ -124,9 +124,11 @@ void ImageStore::read_folder() {
 }
 
 void ImageStore::make_folders(const Files& files) const {
-    std::error_code error;
-    fs::create_directories(files.folder, error);
-    if (error) {
+    // One by one: a store that somebody has deleted must not come back in part, and look well.
+    for (const fs::path& folder : {files.folder.parent_path(), files.folder}) {
+        std::error_code error;
+        fs::create_directory(folder, error);
+        if (!error) continue;
         errno = error.value();
         fail_storage("make a folder");
     }
@@ -139,6 +141,8 @@ void ImageStore::write_files(const Files& files, std::string_view bytes, const I
     make_folders(files);
     TemporaryFile facts(folder_ / "incoming", image_info_text(info), time);
     TemporaryFile image(folder_ / "incoming", bytes, time);
+    facts.sync();
+    image.sync();
     try {
         facts.rename_to(files.facts);
         image.rename_to(files.image);  // from here on it exists
@@ -309,6 +313,7 @@ std::optional<ImageInfo> ImageStore::read_facts(const std::string& id) const {
     try {
         TemporaryFile facts(folder_ / "incoming", image_info_text(info),
                             std::chrono::system_clock::now());
+        facts.sync();
         const std::scoped_lock lock(mutex_);
         if (index_.find(id)) facts.rename_to(files.facts);
     } catch (const Error&) {  // logged; the facts are known all the same

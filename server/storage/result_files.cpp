@@ -29,22 +29,27 @@ ResultFiles::ResultFiles(fs::path folder)
     : folder_(std::move(folder)),
       clearing_([this](const std::stop_token& stop) { clear_folders(stop); }) {}
 
-std::string ResultFiles::put(const std::string& batch, std::string_view bytes) const {
-    const fs::path incoming = folder_ / "incoming";
-    const fs::path results = folder_ / "results" / batch;
-    for (const fs::path& folder : {folder_, incoming, results.parent_path(), results})
-        make_folder(folder);
-    std::string name = sha256_hex(bytes);
-    TemporaryFile file(incoming, bytes, std::chrono::system_clock::now());
-    file.rename_to(results / name);
-    return name;
-}
-
-void ResultFiles::sync(const std::set<std::string>& batches) const {
-    if (batches.empty()) return;
-    for (const std::string& batch : batches) sync_folder(folder_ / "results" / batch);
-    sync_folder(folder_ / "results");
+std::vector<std::string> ResultFiles::put(std::span<const NewPicture> pictures) const {
+    if (pictures.empty()) return {};
+    const fs::path incoming = folder_ / "incoming", results = folder_ / "results";
+    for (const fs::path& folder : {folder_, incoming, results}) make_folder(folder);
+    const auto now = std::chrono::system_clock::now();
+    std::deque<TemporaryFile> files;
+    for (const NewPicture& picture : pictures) files.emplace_back(incoming, picture.bytes, now);
+    std::vector<std::string> names;
+    std::set<std::string> batches;
+    for (const NewPicture& picture : pictures) {  // while the disk writes
+        names.push_back(sha256_hex(picture.bytes));
+        batches.insert(picture.batch);
+    }
+    for (TemporaryFile& file : files) file.sync();
+    for (const std::string& batch : batches) make_folder(results / batch);
+    for (std::size_t i = 0; i < files.size(); ++i)
+        files[i].rename_to(results / pictures[i].batch / names[i]);
+    for (const std::string& batch : batches) sync_folder(results / batch);
+    sync_folder(results);
     sync_folder(folder_);
+    return names;
 }
 
 SharedBytes ResultFiles::get(const std::string& batch, const std::string& name) const {

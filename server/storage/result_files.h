@@ -9,10 +9,12 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "server/shared_bytes.h"
 
@@ -30,12 +32,14 @@ public:
     ResultFiles(const ResultFiles&) = delete;
     ResultFiles& operator=(const ResultFiles&) = delete;
 
-    /// Stores a picture: durable after sync() of its batch. @return its name
-    /// @throws Error storage_full, storage_failed
-    [[nodiscard]] std::string put(const std::string& batch, std::string_view bytes) const;
-
-    /// @throws Error storage_full, storage_failed
-    void sync(const std::set<std::string>& batches) const;
+    struct NewPicture {
+        std::string batch;
+        std::string_view bytes;
+    };
+    /// Stores pictures, durably when this returns. Several at once cost a fraction of one by one.
+    /// @return their names
+    /// @throws Error storage_full, storage_failed; some of them may be there then
+    [[nodiscard]] std::vector<std::string> put(std::span<const NewPicture> pictures) const;
 
     /// The bytes, mapped: they stay readable when the batch is removed meanwhile.
     /// @throws Error not_found, storage_failed

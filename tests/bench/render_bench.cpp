@@ -134,9 +134,11 @@ void exact_per_texel(benchmark::State& state) {
     });
 }
 
-Scene bench_scene(const Setting& setting) {
+// Of a map that a cache knows again.
+Scene scene_of(HeightField field, const Setting& setting) {
     Scene scene;
-    scene.field = test::shared(terrain(setting.size));
+    field.key = field.shape_key = "map";
+    scene.field = test::shared(std::move(field));
     scene.relief = relief;
     scene.material.depth = depth;
     PointLight light;
@@ -153,9 +155,7 @@ struct Way {
 
 void run_illumination(benchmark::State& state, HeightField field, Way way) {
     const Setting setting(state);
-    field.key = field.shape_key = "map";
-    Scene scene = bench_scene(setting);
-    scene.field = test::shared(std::move(field));
+    Scene scene = scene_of(std::move(field), setting);
     scene.material.offset = way.offset;
     const Executor executor(setting.threads);
     SharedCache cache(way.is_cold ? 0 : std::uint64_t(1) << 32);
@@ -194,10 +194,7 @@ void relit_with(benchmark::State& state) {
 
 void relit_picture(benchmark::State& state) {
     const Setting setting(state);
-    Scene scene = bench_scene(setting);
-    HeightField field = terrain_of(state);
-    field.key = field.shape_key = "map";
-    scene.field = test::shared(std::move(field));
+    const Scene scene = scene_of(terrain_of(state), setting);
     const Executor executor(setting.threads);
     SharedCache cache(std::uint64_t(1) << 32);
     for (auto _ : state)
@@ -214,10 +211,7 @@ double cpu_seconds() {
 // when a newer frame of a drag comes; with it what idle threads take until they sleep.
 void relit_superseded(benchmark::State& state) {
     const Setting setting(state);
-    Scene scene = bench_scene(setting);
-    HeightField field = terrain_of(state);
-    field.key = field.shape_key = "map";
-    scene.field = test::shared(std::move(field));
+    const Scene scene = scene_of(terrain_of(state), setting);
     const Executor executor(setting.threads);
     SharedCache cache(std::uint64_t(1) << 32);
     const auto begun = std::chrono::steady_clock::now();

@@ -1,15 +1,11 @@
 // relit sweep --animation, relit batch --animation: the frames once more, as one file.
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "core/io/decode.h"
 #include "core/io/quantise.h"
-#include "tests/cli/support/cli_process.h"
-#include "tests/support/data.h"
+#include "tests/cli/support/cli_folder.h"
 #include "tests/support/relit_process.h"
 #include "tests/support/shown_frames.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/upload_images.h"
 
 namespace relit::test {
@@ -17,17 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class CliAnimation : public testing::Test {
+class CliAnimation : public CliFolder {
 protected:
-    Ran run(const std::string& command, const std::string& input = "") const {
-        return shell("relit " + command, folder.path(), input);
-    }
-    void write(const std::string& name, const std::string& bytes) const {
-        std::ofstream(folder.path() / name, std::ios::binary) << bytes;
-    }
-    [[nodiscard]] std::string read(const std::string& name) const {
-        return read_file(folder.path() / name);
-    }
     // An RGB file as an animation shows it.
     [[nodiscard]] std::vector<std::uint8_t> rgba_of(const std::string& name) const {
         const Image image = decode(read(name)).image;
@@ -39,17 +26,9 @@ protected:
         }
         return rgba;
     }
-    void expect_refusal(const std::string& command, int status, const std::string& words,
-                        const std::string& input = "") const {
-        const Ran ran = run(command, input);
-        EXPECT_EQ(ran.status, status) << command << '\n' << ran.err;
-        EXPECT_EQ(ran.err, "relit: " + words + "\n") << command;
-    }
-
-    TemporaryFolder folder;
 };
 
-const std::string orbit = "sweep sample:st-helens --orbit 6 --size 40 -o f ";
+const std::string orbit = "relit sweep sample:st-helens --orbit 6 --size 40 -o f ";
 
 TEST_F(CliAnimation, ShowsTheFramesInTheirOrderAndLeavesThemInTheFolder) {
     const Ran ran = run(orbit + "--animation orbit.webp --animation-quality lossless");
@@ -69,7 +48,7 @@ TEST_F(CliAnimation, OfAManifestIsInItsOrderWhateverTheNamesAndFormats) {
                                  "\n" + R"({"name": "b.jpg", "scene": )" + scene +
                                  R"("exposure": 1}}})" + "\n" + R"({"name": "a.webp", "scene": )" +
                                  scene + R"("exposure": -1}}})" + "\n";
-    const Ran ran = run("batch - -o f --animation f/all.webp --fps 10", manifest);
+    const Ran ran = run("relit batch - -o f --animation f/all.webp --fps 10", manifest);
     ASSERT_EQ(ran.status, 0) << ran.err;
     const ShownAnimation animation = shown(read("f/all.webp"));
     ASSERT_EQ(animation.frames.size(), 3u);
@@ -120,7 +99,7 @@ TEST_F(CliAnimation, IsNotMadeWithoutTheFramesThatFailed) {
 )";
     write("m.jsonl", manifest);
     write("a.webp", "what was there");
-    const Ran ran = run("batch m.jsonl -o f --animation a.webp");
+    const Ran ran = run("relit batch m.jsonl -o f --animation a.webp");
     EXPECT_EQ(ran.status, 1);
     EXPECT_NE(ran.err.find("relit: b.png: broken.png: "), std::string::npos) << ran.err;
     EXPECT_TRUE(
@@ -130,7 +109,7 @@ TEST_F(CliAnimation, IsNotMadeWithoutTheFramesThatFailed) {
 }
 
 TEST_F(CliAnimation, RefusesWhatCannotBe) {
-    const std::string sweep = "sweep sample:plato --orbit 2 --size 8 -o f ";
+    const std::string sweep = "relit sweep sample:plato --orbit 2 --size 8 -o f ";
     expect_refusal(sweep + "--animation a.gif", 2,
                    "--animation: a.gif does not end in .webp, which is what an animation is "
                    "written as");
@@ -151,7 +130,7 @@ TEST_F(CliAnimation, RefusesWhatCannotBe) {
                    "f/../f/0001.webp: is a frame too; give the animation another name");
     EXPECT_FALSE(fs::exists(folder.path() / "f/0000.webp")) << "no frame is made";
     const std::string line = R"({"height": {"image": "plato"}, "output": {"width": )";
-    expect_refusal("batch - -o f --animation a.webp", 1,
+    expect_refusal("relit batch - -o f --animation a.webp", 1,
                    "f/0001.png: it is 16 x 16, the frames before it are 8 x 8",
                    line + "8}}\n" + line + "16}}\n");
     EXPECT_FALSE(fs::exists(folder.path() / "a.webp"));

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <fstream>
 #include <map>
 #include <thread>
 
-#include "tests/cli/support/cli_process.h"
+#include "tests/cli/support/cli_folder.h"
 #include "tests/support/data.h"
 #include "tests/support/http_client.h"
 #include "tests/support/relit_process.h"
@@ -24,14 +23,8 @@ namespace fs = std::filesystem;
 
 using Files = std::map<std::string, std::string>;  // name -> bytes
 
-class CliFrames : public testing::Test {
+class CliFrames : public CliFolder {
 protected:
-    Ran run(const std::string& command, const std::string& input = "") const {
-        return shell("relit " + command, folder.path(), input);
-    }
-    void write(const std::string& name, const std::string& bytes) const {
-        std::ofstream(folder.path() / name, std::ios::binary) << bytes;
-    }
     // What a folder shows; what it hides is the records alone.
     [[nodiscard]] Files files(const std::string& name) const {
         Files files;
@@ -42,17 +35,9 @@ protected:
         }
         return files;
     }
-    void expect_refusal(const std::string& command, int status, const std::string& words,
-                        const std::string& input = "") const {
-        const Ran ran = run(command, input);
-        EXPECT_EQ(ran.status, status) << command << '\n' << ran.err;
-        EXPECT_EQ(ran.err, "relit: " + words + "\n") << command;
-    }
-
-    TemporaryFolder folder;
 };
 
-const std::string orbit = "sweep sample:plato --orbit 8 --elevation 30 --size 32 ";
+const std::string orbit = "relit sweep sample:plato --orbit 8 --elevation 30 --size 32 ";
 
 std::string url_of(const RelitProcess& relitd) {
     return " --server http://127.0.0.1:" + std::to_string(relitd.port());
@@ -66,7 +51,7 @@ TEST_F(CliFrames, AreWhatRenderMakesOfEachScene) {
     ASSERT_EQ(run(orbit + "-o f").status, 0);
     const Files frames = files("f");
     EXPECT_EQ(frames.size(), 8u);
-    ASSERT_EQ(run("render sample:plato --size 32 --sun 45,30 -o sun.png").status, 0);
+    ASSERT_EQ(run("relit render sample:plato --size 32 --sun 45,30 -o sun.png").status, 0);
     EXPECT_EQ(frames.at("0002.png"), read_file(folder.path() / "sun.png"))
         << "an orbit begins at azimuth 315 and goes on by 45 degrees a frame";
 }
@@ -109,8 +94,8 @@ TEST_F(CliFrames, AreTheSameFromAServerWhichForgetsThemAfterwards) {
           std::string("map.png --env sample:rainbow --turn 3")}) {
         SCOPED_TRACE(sweep);
         for (const char* target : {"here", "there"}) fs::remove_all(folder.path() / target);
-        ASSERT_EQ(run("sweep " + sweep + " --size 32 -o here").status, 0);
-        const Ran there = run("sweep " + sweep + " --size 32 -o there" + url_of(relitd));
+        ASSERT_EQ(run("relit sweep " + sweep + " --size 32 -o here").status, 0);
+        const Ran there = run("relit sweep " + sweep + " --size 32 -o there" + url_of(relitd));
         ASSERT_EQ(there.status, 0) << there.err;
         EXPECT_GT(files("here").size(), 2u);
         EXPECT_EQ(files("here"), files("there"));
@@ -138,8 +123,8 @@ TEST_F(CliFrames, ThatFailAreToldAndDoNotStopTheOthers) {
 {"name": "d.png", "height": {"part": "map.png"}, "output": {"region": [0, 0, 9999, 1]}}
 {"name": "e.exr", "height": {"image": "plato"}, "output": {"width": 16}}
 )");
-    const Ran here = run("batch m.jsonl -o here --threads 1");
-    const Ran there = run("batch m.jsonl -o there" + url_of(relitd));
+    const Ran here = run("relit batch m.jsonl -o here --threads 1");
+    const Ran there = run("relit batch m.jsonl -o there" + url_of(relitd));
     for (const Ran& ran : {here, there}) {
         EXPECT_EQ(ran.status, 1);
         EXPECT_NE(ran.err.find("relit: c.png: broken.png: "), std::string::npos) << ran.err;
@@ -152,7 +137,7 @@ TEST_F(CliFrames, ThatFailAreToldAndDoNotStopTheOthers) {
     EXPECT_EQ(files("here"), files("there"));
     EXPECT_TRUE(files("here").contains("0000.png"));
     write("broken.png", small_png());
-    const Ran mended = run("batch m.jsonl -o there" + url_of(relitd));
+    const Ran mended = run("relit batch m.jsonl -o there" + url_of(relitd));
     EXPECT_EQ(mended.err.substr(0, 39), "relit: 3 of 5 frames are there already\n");
     EXPECT_TRUE(files("there").contains("c.png"));
 }
@@ -169,34 +154,35 @@ TEST_F(CliFrames, ComeInShardsThatAreTheWholeTogether) {
 }
 
 TEST_F(CliFrames, RefuseWhatCannotBe) {
-    const std::string sweep = "sweep sample:plato -o f ";
+    const std::string sweep = "relit sweep sample:plato -o f ";
     expect_refusal(sweep, 2, "sweep takes one of --orbit, --arc, --line and --turn");
     expect_refusal(sweep + "--orbit 0", 1,
                    "'sweep.count' must be a whole number from 1 to 1000000");
     expect_refusal(sweep + "--arc 3", 1, "'sweep.from' is missing");
     expect_refusal(sweep + "--turn 3", 1,
                    "frame 0: 'sweep.path' must not be 'environment' where the light is none");
-    expect_refusal("batch m.jsonl -o f", 3, "m.jsonl: cannot read it: no such file or directory");
-    expect_refusal("batch - -o f", 1, "stdin: has no scenes", "\n\n");
-    expect_refusal("batch - -o f", 1,
+    expect_refusal("relit batch m.jsonl -o f", 3,
+                   "m.jsonl: cannot read it: no such file or directory");
+    expect_refusal("relit batch - -o f", 1, "stdin: has no scenes", "\n\n");
+    expect_refusal("relit batch - -o f", 1,
                    "stdin, line 2: 'relief' must be a number above 0 and at most 10",
                    "\n{\"height\": {\"image\": \"plato\"}, \"relief\": 0}");
-    expect_refusal("batch - -o f", 3,
+    expect_refusal("relit batch - -o f", 3,
                    "stdin, line 1: none.png: cannot read it: no such file or directory",
                    R"({"height": {"part": "none.png"}})");
-    expect_refusal("batch - -o f", 1,
+    expect_refusal("relit batch - -o f", 1,
                    "stdin, line 1: 'scene' must be alone or with 'name': it is a whole scene",
                    R"({"scene": {}, "height": {"image": "plato"}})");
     const std::string named = R"({"height": {"image": "plato"}, "name": )";
-    expect_refusal("batch - -o f", 1, "stdin: frame 1: the name 'A.png' is there twice",
+    expect_refusal("relit batch - -o f", 1, "stdin: frame 1: the name 'A.png' is there twice",
                    named + "\"a.png\"}\n" + named + "\"A.png\"}");
-    EXPECT_EQ(run("batch - -o f", named + "\"../a.png\"}").status, 1);
+    EXPECT_EQ(run("relit batch - -o f", named + "\"../a.png\"}").status, 1);
     EXPECT_FALSE(fs::exists(folder.path() / "f")) << "nothing of it begins";
     expect_refusal(orbit + "-o -", 2, "-: frames go into a folder, not to stdout");
     write("file", "");
     expect_refusal(orbit + "-o file", 3, "file: is no folder");
     write("0000.png", small_png());
-    expect_refusal("sweep 0000.png --orbit 3 -o .", 2,
+    expect_refusal("relit sweep 0000.png --orbit 3 -o .", 2,
                    "./0000.png: is an input too; give the frames another folder");
 }
 
@@ -227,12 +213,12 @@ TEST_F(CliFrames, SayHowFarTheyAreAndStopAtOnce) {
 TEST_F(CliFrames, OutliveAServerThatIsKilledAndComesBack) {
     const TemporaryFolder data;
     const auto sweep = [](const std::string& target) {
-        return "sweep sample:plato --orbit 60 --size 96 -o " + target;
+        return "relit sweep sample:plato --orbit 60 --size 96 -o " + target;
     };
     ASSERT_EQ(run(sweep("here")).status, 0);
     RelitProcess first({.data_dir = data.path()});
     const std::string port = std::to_string(first.port());
-    OnTerminal relit({"bash", "-c", "exec relit " + sweep("there") + url_of(first)}, folder.path());
+    OnTerminal relit({"bash", "-c", "exec " + sweep("there") + url_of(first)}, folder.path());
     wait_for_entries(folder.path() / "there", 10);
     first.signal(SIGKILL);
     (void)first.exit_status();
@@ -267,14 +253,14 @@ Killed killed_and_resumed(const std::string& command, const fs::path& folder,
 
 TEST_F(CliFrames, OfALongSweepAreTheSameHoweverOftenItIsKilledHereOrOnAServer) {
     const RelitProcess relitd;
-    const std::string sweep = "sweep sample:plato --orbit 300 --size 96 ";
+    const std::string sweep = "relit sweep sample:plato --orbit 300 --size 96 ";
     const std::string python = std::string("python3 ") + RELIT_SOURCE_DIR +
                                "/tests/python/support/sweep.py python 300" +
                                url_of(relitd).substr(9);
     ASSERT_EQ(run(sweep + "-o undisturbed").status, 0);
     const std::map<std::string, std::string> commands = {
-        {"here", "relit " + sweep + "-o here"},
-        {"there", "relit " + sweep + "-o there" + url_of(relitd)},
+        {"here", sweep + "-o here"},
+        {"there", sweep + "-o there" + url_of(relitd)},
         {"python", python}};
     for (const auto& [target, command] : commands) {
         const Killed killed = killed_and_resumed(command, folder.path(), folder.path() / target, 3);

@@ -4,29 +4,17 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "core/io/decode.h"
-#include "tests/cli/support/cli_process.h"
+#include "tests/cli/support/cli_folder.h"
 #include "tests/support/base64.h"
-#include "tests/support/data.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/upload_images.h"
 
 namespace relit::test {
 namespace {
 
-class Cli : public testing::Test {
+class Cli : public CliFolder {
 protected:
-    Ran run(const std::string& command, const std::string& input = "") const {
-        return shell(command, folder.path(), input);
-    }
-    void write(const std::string& name, const std::string& bytes) const {
-        std::ofstream(folder.path() / name, std::ios::binary) << bytes;
-    }
-    [[nodiscard]] std::string read(const std::string& name) const {
-        return read_file(folder.path() / name);
-    }
     // Names in the folder, sorted.
     [[nodiscard]] std::vector<std::string> names() const {
         std::vector<std::string> list;
@@ -35,14 +23,6 @@ protected:
         std::sort(list.begin(), list.end());
         return list;
     }
-    void expect_refusal(const std::string& command, int status, const std::string& words) const {
-        const Ran ran = run(command);
-        EXPECT_EQ(ran.status, status) << command << '\n' << ran.err;
-        EXPECT_EQ(ran.err, "relit: " + words + "\n") << command;
-        EXPECT_EQ(ran.out, "") << command;
-    }
-
-    TemporaryFolder folder;
 };
 
 using CliRender = Cli;

@@ -1,14 +1,10 @@
 // relit --server: the same pictures, few bytes on the way, patience with bounds.
 #include <gtest/gtest.h>
 
-#include <fstream>
-
-#include "tests/cli/support/cli_process.h"
+#include "tests/cli/support/cli_folder.h"
 #include "tests/cli/support/scripted_server.h"
-#include "tests/support/data.h"
 #include "tests/support/http_client.h"
 #include "tests/support/relit_process.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/upload_images.h"
 
 namespace relit::test {
@@ -16,14 +12,11 @@ namespace {
 
 using Requests = std::vector<std::string>;
 
-class CliServer : public testing::Test {
+class CliServer : public CliFolder {
 protected:
-    CliServer() { std::ofstream(folder.path() / "map.png", std::ios::binary) << small_png(); }
+    CliServer() { write("map.png", small_png()); }
     Ran render(const std::string& url, const std::string& flags = "-o a.png") const {
-        return shell("relit render map.png " + flags + " --server " + url, folder.path());
-    }
-    [[nodiscard]] std::string read(const std::string& name) const {
-        return read_file(folder.path() / name);
+        return run("relit render map.png " + flags + " --server " + url);
     }
     // The id of map.png, from what was asked about it.
     static std::string id_in(const Requests& requests) {
@@ -32,8 +25,6 @@ protected:
             if (request.starts_with(head)) return request.substr(head.size());
         return "";
     }
-
-    TemporaryFolder folder;
 };
 
 std::string problem(const std::string& code, const std::string& detail,
@@ -52,23 +43,23 @@ TEST_F(CliServer, GivesTheSameBytesAsThisMachine) {
     for (const std::string flags : {"sample:plato -o OUT.jpg --sun 300,30 --size 200",
                                     "map.png -o OUT.exr --env sample:rainbow,30 --alpha map.png",
                                     "sample:st-helens -o OUT.webp --set relief=0.3 --size x90"}) {
-        const auto run = [&](const std::string& name, const std::string& more) {
+        const auto rendered = [&](const std::string& name, const std::string& more) {
             std::string command = "relit render " + flags + more;
             command.replace(command.find("OUT"), 3, name);
-            const Ran ran = shell(command, folder.path());
+            const Ran ran = run(command);
             EXPECT_EQ(ran.status, 0) << command << '\n' << ran.err;
             return command.substr(command.find(name), name.size() + 5);
         };
         const auto file = [](const std::string& text) { return text.substr(0, text.find(' ')); };
-        const std::string here = file(run("here", "")),
-                          there = file(run("there", " --server " + url));
+        const std::string here = file(rendered("here", "")),
+                          there = file(rendered("there", " --server " + url));
         EXPECT_GT(read(here).size(), 100u);
         EXPECT_EQ(read(here), read(there)) << flags;
     }
     for (const char* etag : {"", " --etag"}) {
         const std::string command = std::string("relit scene map.png --preset wax") + etag;
-        const Ran here = shell(command, folder.path());
-        const Ran there = shell(command + " --server " + url, folder.path());
+        const Ran here = run(command);
+        const Ran there = run(command + " --server " + url);
         EXPECT_EQ(here.out, there.out) << there.err;
         EXPECT_EQ(there.status, 0);
     }
@@ -77,18 +68,17 @@ TEST_F(CliServer, GivesTheSameBytesAsThisMachine) {
 TEST_F(CliServer, SaysTheSameSentencesAsThisMachine) {
     const RelitProcess relitd({.flags = {"--max-image-bytes=2000"}});
     const std::string url = "http://127.0.0.1:" + std::to_string(relitd.port());
-    std::ofstream(folder.path() / "cut.png", std::ios::binary) << small_png().substr(0, 60);
+    write("cut.png", small_png().substr(0, 60));
     for (const std::string flags :
          {"map.png --set output.region=[0,0,99,1]", "map.png --albedo cut.png"}) {
-        const Ran here = shell("relit render -o a.png " + flags, folder.path());
-        const Ran there =
-            shell("relit render -o a.png " + flags + " --server " + url, folder.path());
+        const Ran here = run("relit render -o a.png " + flags);
+        const Ran there = run("relit render -o a.png " + flags + " --server " + url);
         EXPECT_EQ(here.status, 1);
         EXPECT_EQ(there.status, 1);
         EXPECT_EQ(here.err, there.err);
     }
-    std::ofstream(folder.path() / "large.png", std::ios::binary) << small_png(1, 200, 200);
-    const Ran large = shell("relit render large.png -o a.png --server " + url, folder.path());
+    write("large.png", small_png(1, 200, 200));
+    const Ran large = run("relit render large.png -o a.png --server " + url);
     EXPECT_EQ(large.status, 1);
     EXPECT_NE(large.err.find("max-image-bytes"), std::string::npos) << large.err;
     const Ran unknown = render(url, "-o a.png --set albedo.image=" + std::string(64, 'a'));
@@ -173,10 +163,9 @@ TEST_F(CliServer, BlamesTheUrlForAPathThatIsNotThere) {
     const std::string url = "http://127.0.0.1:" + std::to_string(relitd.port()) + "/foo";
     const std::string words = " is no Relit server: it answers ";
     const std::string id(64, 'a');
-    std::ofstream(folder.path() / "stored.json") << R"({"height": {"image": ")" << id << R"("}})";
+    write("stored.json", R"({"height": {"image": ")" + id + R"("}})");
     for (const std::string inputs : {"map.png", "--scene stored.json"}) {
-        const Ran ran =
-            shell("relit render -o a.png " + inputs + " --server " + url, folder.path());
+        const Ran ran = run("relit render -o a.png " + inputs + " --server " + url);
         EXPECT_EQ(ran.status, 1);
         EXPECT_EQ(ran.err, "relit: " + url + words + "404\n");
     }

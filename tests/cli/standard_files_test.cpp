@@ -2,29 +2,19 @@
 // take the place of these. And pictures written to what the caller holds open.
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "core/io/decode.h"
-#include "tests/cli/support/cli_process.h"
-#include "tests/support/data.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/cli/support/cli_folder.h"
 #include "tests/support/upload_images.h"
 
 namespace relit::test {
 namespace {
 
-class CliStandardFiles : public testing::Test {
+class CliStandardFiles : public CliFolder {
 protected:
-    CliStandardFiles() {
-        std::ofstream(folder.path() / "map.png", std::ios::binary) << small_png();
-    }
+    CliStandardFiles() { write("map.png", small_png()); }
     // Within 20 s: what waits for ever is a failure.
     Ran run(const std::string& command) const {
-        return shell("shopt -s expand_aliases; alias relit='timeout 20 relit'\n" + command,
-                     folder.path());
-    }
-    [[nodiscard]] std::string read(const std::string& name) const {
-        return read_file(folder.path() / name);
+        return CliFolder::run("shopt -s expand_aliases; alias relit='timeout 20 relit'\n" + command);
     }
     void expect_failure(const std::string& command, const std::string& words) const {
         const Ran ran = run(command);
@@ -32,8 +22,6 @@ protected:
         EXPECT_EQ(ran.err, "relit: " + words + ": bad file descriptor\n") << command;
         EXPECT_EQ(ran.out, "") << command;
     }
-
-    TemporaryFolder folder;
 };
 
 TEST_F(CliStandardFiles, AClosedStdinHoldsNothingToRead) {

@@ -55,6 +55,16 @@ test('the address of a picture is the same picture, whatever the length of its s
   }
 })
 
+test('the address of a scene holds every character, and all that base64 has for them', async () => {
+  for (const name of ['Flöte, 笛, 🎶', '>>>???', '??>>>'])
+    for (const end of ['', ' ', '  ']) {
+      const strange = { ...scene, [name + end]: 1 } // no field: its name is in the refusal
+      const { detail } = await (await fetch(client.url(strange))).json()
+      assert.ok(detail.includes(name + end), detail)
+      assert.equal(detail, (await refusal(client.render(strange))).message)
+    }
+})
+
 test('a refusal is an error with the problem document', async () => {
   const error = await refusal(client.render({ ...scene, material: { depth: 0 } }))
   assert.ok(error instanceof RelitError && error instanceof Error)

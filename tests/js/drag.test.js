@@ -3,30 +3,14 @@
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { cpus, loadavg } from 'node:os'
-import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../studio/support.js'
-import { boxOf, openSite, rested } from './pages.js'
-import { plato, startSite } from './site.js'
+import { test } from 'node:test'
+import { boxOf, openSite, rested, stagedSite } from './pages.js'
+import { plato } from './site.js'
 
-let server
-let site
-let browser
-const pages = {}
-before(async () => {
-  server = await startServer()
-  site = await startSite(pages)
-  browser = await startBrowser()
-})
-after(async () => {
-  await browser?.close()
-  site?.close()
-  await server?.remove()
-})
-
-const open = () => {
-  const tag = `<relit-image src="${plato}" style="width:512px"></relit-image>`
-  return openSite({ browser, site, pages, server: server.address, tag }, { viewport: { width: 600, height: 600 } })
-}
+const stage = await stagedSite()
+const { server, browser } = stage
+const open = () =>
+  openSite(stage, `<relit-image src="${plato}" style="width:512px"></relit-image>`, { viewport: { width: 600, height: 600 } })
 
 // Moves the light along a circle, once a displayed frame as a browser delivers a hand's moves, for `moves` frames. For each
 // displayed frame: the number of the frame whose light the picture shows, and whether the picture is another than before.

@@ -1,29 +1,16 @@
 // <relit-image> in a real browser, in a page of another origin than the server's. Names are claims.
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
-import { join } from 'node:path'
-import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../studio/support.js'
-import { boxOf, brightness, light, openSite, rested } from './pages.js'
-import { plato, startProxy, startSite } from './site.js'
+import { test } from 'node:test'
+import { keep } from '../studio/support.js'
+import { boxOf, brightness, light, openSite, rested, stagedSite } from './pages.js'
+import { plato, startProxy } from './site.js'
 
-let server
-let site
-let browser
-const pages = {}
-before(async () => {
-  server = await startServer()
-  site = await startSite(pages)
-  browser = await startBrowser()
-  pages['/relief.png'] = ['image/png', await readFile(new URL('../../server/samples/fish.png', import.meta.url))]
-})
-after(async () => {
-  await browser?.close()
-  site?.close()
-  await server?.remove()
-})
+const stage = await stagedSite()
+const { server, pages } = stage
+pages['/relief.png'] = ['image/png', await readFile(new URL('../../server/samples/fish.png', import.meta.url))]
 
-const open = (tag, options) => openSite({ browser, site, pages, server: options?.server ?? server.address, tag }, options)
+const open = (tag, options) => openSite(stage, tag, options)
 const element = (page, work, argument) => page.locator('relit-image').evaluate(work, argument)
 
 test('the light comes to the mouse, and the brightest side of the relief follows it', async () => {
@@ -42,7 +29,7 @@ test('the light comes to the mouse, and the brightest side of the relief follows
   }
   const { left, right, top, bottom } = seen
   assert.ok(left.left > right.left + 0.1 && top.top > bottom.top + 0.1, JSON.stringify(seen))
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, 'element.png') })
+  await keep(page, 'element')
   await page.done()
 })
 
@@ -214,6 +201,27 @@ test('what the server refuses is told once, and the next scene is shown', async 
   await element(page, (image) => { image.scene = { ...image.scene, relief: 0.2 } })
   await page.waitForFunction(() => seen.frames.at(-1).final && seen.frames.at(-1).relief === 0.2)
   assert.deepEqual(await page.evaluate(() => [seen.errors.length > 0, seen.recoveries]), [true, 1])
+  await page.done()
+})
+
+test('an image that does not answer is asked for six times, one that is not there once, and then another is shown', async () => {
+  const page = await open(`<relit-image src="${plato}"></relit-image>`)
+  page.expectTroubles = true // the browser itself puts what failed on the console
+  const given = async (src) => {
+    await element(page, (image, src) => { image.setAttribute('src', src) }, src)
+    await page.waitForFunction(() => seen.errors.at(-1)?.again === null, null, { timeout: 30_000 })
+    await rested(page)
+    return page.evaluate(() => seen.errors.splice(0))
+  }
+  const away = 'http://127.0.0.1:1/relief.png'
+  const told = await given(away)
+  assert.deepEqual(told.map(({ again }) => again), [250, 500, 1000, 2000, 4000, null])
+  assert.ok(told.every(({ status, message }) => status === 0 && message === away + ' does not answer.'))
+  assert.deepEqual((await given('none.png')).map(({ status }) => status), [404])
+  await element(page, (image) => { image.setAttribute('src', 'relief.png') })
+  await page.waitForFunction(() => seen.recoveries === 1)
+  await rested(page)
+  assert.ok((await page.evaluate(() => seen.frames.at(-1))).final)
   await page.done()
 })
 

@@ -1,28 +1,14 @@
 // The examples, and the snippets of the README, each opened as it is, but for the server's address. Names are claims.
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
-import { join } from 'node:path'
-import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startServer } from '../studio/support.js'
-import { startSite } from './site.js'
+import { test } from 'node:test'
+import { keep, openPage } from '../studio/support.js'
+import { stagedSite } from './pages.js'
 
 const written = 'http://127.0.0.1:8080'
 const clients = new URL('../../clients/', import.meta.url)
 
-let server
-let site
-let browser
-const pages = {}
-before(async () => {
-  server = await startServer()
-  site = await startSite(pages)
-  browser = await startBrowser()
-})
-after(async () => {
-  await browser?.close()
-  site?.close()
-  await server?.remove()
-})
+const { server, browser, site, pages } = await stagedSite()
 
 async function open(html) {
   assert.ok(html.includes(written))
@@ -77,7 +63,7 @@ test('the plain example shows three reliefs whose lights are dragged, in less th
     assert.notEqual(await image.getByRole('slider').getAttribute('aria-valuetext'), before)
   }
   await rested(page, 3)
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, 'three.png') })
+  await keep(page, 'three')
   await page.done()
 })
 

@@ -1,28 +1,15 @@
 // <relit-image> while its server is away, and when it is back. Names are claims.
 import assert from 'node:assert/strict'
-import { after, before, test } from 'node:test'
-import { startBrowser, startServer } from '../studio/support.js'
-import { boxOf, openSite, rested } from './pages.js'
-import { plato, startSite } from './site.js'
+import { test } from 'node:test'
+import { boxOf, openSite, rested, stagedSite } from './pages.js'
+import { plato } from './site.js'
 
-let server
-let site
-let browser
-const pages = {}
-before(async () => {
-  server = await startServer()
-  site = await startSite(pages)
-  browser = await startBrowser()
-})
-after(async () => {
-  await browser?.close()
-  site?.close()
-  await server?.remove()
-})
+const stage = await stagedSite()
+const { server, browser, site, pages } = stage
 
 test('while the server is away it is asked now and then, and its first picture is of where the light is by then', async () => {
   const tag = `<relit-image src="${plato}" light="0.5,0.5,0.5"></relit-image>`
-  const page = await openSite({ browser, site, pages, server: server.address, tag })
+  const page = await openSite(stage, tag)
   page.expectTroubles = true // refused connections are put on the console by the browser itself
   const box = await boxOf(page)
   const click = (x) => page.mouse.click(box.x + x * box.width, box.y + 0.5 * box.height)

@@ -1,6 +1,8 @@
 // Pages of another origin with one <relit-image>, and what their tests look at.
 import assert from 'node:assert/strict'
-import { openPage } from '../studio/support.js'
+import { after } from 'node:test'
+import { openPage, staged } from '../studio/support.js'
+import { startSite } from './site.js'
 
 // Runs in the page: what the element tells, as plain numbers. `shown` is in displayed frames.
 const watching = `
@@ -18,11 +20,22 @@ const watching = `
     seen.errors.push({ status, code, message, again }))
   addEventListener('relit-recovery', () => ++seen.recoveries)`
 
+/** As staged(), with a site of another origin: {server, browser, site, pages}. */
+export async function stagedSite(options) {
+  const stage = await staged(options)
+  const pages = {}
+  const site = await startSite(pages)
+  after(site.close)
+  return { ...stage, site, pages }
+}
+
 /**
- * A page at the site's / with `tag`, the module from the server, and what the element tells in \`seen\`. page.done() closes
- * it, and fails where something was on the console or a script failed, unless page.expectTroubles.
+ * A page at the site's / with `tag`, the module from the stage's server, and what the element tells in `seen`. page.done()
+ * closes it, and fails where something was on the console or a script failed, unless page.expectTroubles.
+ * @param options  of the browser's context; server: another address; policy: whether the page has a strict one
  */
-export async function openSite({ browser, site, pages, server, tag }, { policy, ...options } = {}) {
+export async function openSite(stage, tag, { policy, server = stage.server.address, ...options } = {}) {
+  const { browser, site, pages } = stage
   pages['/watching.js'] = ['text/javascript', watching]
   pages['/page.css'] = ['text/css', 'body{margin:20px}relit-image{max-width:512px}']
   const rules = `default-src 'self'; script-src 'self' ${server}; connect-src ${server}; img-src data:`

@@ -5,7 +5,7 @@ import type { FrameDetail, ImageInfo, Light, PointLight, RelitImage, Scene } fro
 import { Batch, submit, upload } from 'relit/jobs'
 
 export async function client(file: File, signal: AbortSignal): Promise<string> {
-  const relit = new Relit('https://relit.example')
+  const relit = new Relit('https://relit.example', { key: 'a-key-of-scope-render' })
   const info: ImageInfo = await upload(relit, file, { signal, progress: (sent, total) => console.log(sent / total) })
   const scene: Scene = { preset: 'bronze', height: { image: (await relit.upload(file)).id }, light: { type: 'point' } }
   // @ts-expect-error: no such type of light
@@ -40,6 +40,7 @@ export function page(): RelitImage {
   image.scene = { height: { image: 'a' }, lights: [{ type: 'directional', azimuth: 300 }] }
   image.active = 0
   image.client = new Relit()
+  image.client.key = null
   image.addEventListener('relit-light', ({ detail }) => console.log(detail.light.type, detail.rest))
   image.addEventListener('relit-frame', (event) => {
     const { width, height, final, timing }: FrameDetail = event.detail

@@ -1,25 +1,10 @@
 // The description of the interface at /docs, in a real browser against a real server. Names are claims.
 import assert from 'node:assert/strict'
-import { join } from 'node:path'
-import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startServer } from './support.js'
+import { test } from 'node:test'
+import { close, keep, openPage, staged, withoutTrouble } from './support.js'
 
-let server
-let browser
-before(async () => {
-  server = await startServer()
-  browser = await startBrowser()
-})
-after(async () => {
-  await browser?.close()
-  await server?.remove()
-})
+const { server, browser } = await staged()
 const open = (path, options) => openPage(browser, server.address + path, options)
-const close = (page) => page.context().close()
-const keep = async (page, name) => {
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
-}
-const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
 const catalogue = async (path) => (await fetch(server.address + path)).json()
 
 test('/docs shows every call, field and problem of /openapi.json', async () => {

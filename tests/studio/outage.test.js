@@ -1,25 +1,11 @@
 // The studio when its server is away or full, in a real browser. Names are claims.
 import assert from 'node:assert/strict'
-import { after, before, test } from 'node:test'
-import { drag, finalFrame, openPage, rested, says, startBrowser, startServer } from './support.js'
+import { test } from 'node:test'
+import { close, drag, openStudio, rested, says, staged } from './support.js'
 
-let server
-let browser
-before(async () => {
-  server = await startServer()
-  browser = await startBrowser()
-})
-after(async () => {
-  await browser?.close()
-  await server?.remove()
-})
-
-const open = async () => {
-  const page = await openPage(browser, server.address)
-  await finalFrame(page)
-  return page
-}
-const close = (page) => page.context().close()
+const stage = await staged()
+const { server } = stage
+const open = () => openStudio(stage)
 
 test('when the server goes away that is said with what to do, and when it comes back the studio goes on', async () => {
   const page = await open()

@@ -1,13 +1,12 @@
 // Takes the pictures of the studio that README.md shows: a window, and the frames of a drag. Started by `pictures`.
 import { join } from 'node:path'
-import { finalFrame, openPage, rested, startBrowser, startServer } from './support.js'
+import { finalFrame, openStudio, rested, startBrowser, startServer } from './support.js'
 
 const folder = process.argv[2]
 const server = await startServer()
 const browser = await startBrowser()
 const open = async (options) => {
-  const page = await openPage(browser, server.address, { colorScheme: 'dark', ...options })
-  await finalFrame(page)
+  const page = await openStudio({ browser, server }, '/', { colorScheme: 'dark', ...options })
   await page.click('#hint-close')
   return page
 }

@@ -3,41 +3,22 @@
 import assert from 'node:assert/strict'
 import { execFileSync } from 'node:child_process'
 import { mkdtemp, readFile, rm } from 'node:fs/promises'
-import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
-import { after, before, test } from 'node:test'
+import { after, test } from 'node:test'
 import { fileURLToPath } from 'node:url'
 import { lightControls, sceneControls } from '../../clients/studio/controls.js'
 import { readFields } from '../../clients/studio/fields.js'
 import { decodePng } from '../../clients/studio/png.js'
-import { drag, finalFrame, openPage, rested, sceneNow, startBrowser, startServer } from './support.js'
+import { close, drag, finalFrame, keep, openStudio, rested, sceneNow, staged, violations, withoutTrouble } from './support.js'
 
-let server
-let browser
-let folder
-before(async () => {
-  server = await startServer()
-  browser = await startBrowser()
-  folder = await mkdtemp(join(tmpdir(), 'relit-share-'))
-})
-after(async () => {
-  await browser?.close()
-  await server?.remove()
-  if (folder) await rm(folder, { recursive: true })
-})
+const stage = await staged()
+const { server } = stage
+const folder = await mkdtemp(join(tmpdir(), 'relit-share-'))
+after(() => rm(folder, { recursive: true }))
 
 const repository = fileURLToPath(new URL('../..', import.meta.url))
-const open = async (path = '/', options) => {
-  const page = await openPage(browser, server.address + path, options)
-  await finalFrame(page)
-  return page
-}
-const close = (page) => page.context().close()
-const keep = async (page, name) => {
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
-}
-const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
+const open = (path, options) => openStudio(stage, path, options)
 const post = (path, scene) =>
   fetch(server.address + path, {
     method: 'POST',
@@ -271,27 +252,6 @@ test('every field of a scene has a control, within what the server takes', async
     if (kind === 'choice') assert.deepEqual(Object.keys(names).sort(), [...known.choices].sort(), field)
   }
 })
-
-const axe = createRequire(import.meta.url).resolve('axe-core')
-async function violations(page) {
-  await page.evaluate(await readFile(axe, 'utf8'))
-  const { violations, passes } = await page.evaluate(() =>
-    globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice'] }),
-  )
-  assert.ok(
-    passes.some(({ id, nodes }) => id === 'color-contrast' && nodes.length),
-    'contrast was looked at',
-  )
-  return violations
-    .filter(({ impact }) => impact === 'serious' || impact === 'critical')
-    .map(
-      ({ id, nodes }) =>
-        `${id}: ${nodes
-          .slice(0, 4)
-          .map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`)
-          .join(' | ')}`,
-    )
-}
 
 test('axe finds no serious violation: light, dark, phone, dialog, with all that can be opened', async () => {
   for (const [name, options] of Object.entries({

@@ -2,44 +2,28 @@
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { join } from 'node:path'
-import { after, before, test } from 'node:test'
+import { test } from 'node:test'
 import { fileURLToPath } from 'node:url'
 import {
   boxOf,
+  close,
   drag,
   finalFrame,
   halves,
+  keep,
   message,
-  openPage,
+  openStudio,
   rested,
   says,
   sceneNow,
-  startBrowser,
-  startServer,
+  staged,
+  withoutTrouble,
 } from './support.js'
 
-let server
-let browser
-before(async () => {
-  server = await startServer()
-  browser = await startBrowser()
-})
-after(async () => {
-  await browser?.close()
-  await server?.remove()
-})
-
+const stage = await staged()
+const { server } = stage
 const repository = fileURLToPath(new URL('../..', import.meta.url))
-const open = async (path = '/', options) => {
-  const page = await openPage(browser, server.address + path, options)
-  await finalFrame(page)
-  return page
-}
-const close = (page) => page.context().close()
-const keep = async (page, name) => {
-  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
-}
-const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
+const open = (path, options) => openStudio(stage, path, options)
 const catalogue = async (path) => (await fetch(server.address + path)).json()
 const scene = (page) => sceneNow(page, server.address)
 const row = (page, group, label) =>

@@ -1,20 +1,26 @@
 // The real relitd and a real browser, for tests of the pages.
+import assert from 'node:assert/strict'
 import { spawn } from 'node:child_process'
 import { once } from 'node:events'
-import { mkdtemp, rm } from 'node:fs/promises'
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises'
+import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { createInterface } from 'node:readline'
+import { after } from 'node:test'
 import { chromium } from 'playwright-core'
 
-/** relitd with a data folder of its own, which outlives stop() and start(). */
-export async function startServer() {
+/** relitd with a data folder of its own, which outlives stop() and start(). @param keys  text of its file of API keys */
+export async function startServer({ keys } = {}) {
   const folder = await mkdtemp(join(tmpdir(), 'relit-page-'))
   let child
   const server = {
     port: 0,
+    /** Of a server with keys: other ones, which it reads within a second or so. */
+    setKeys: (text) => writeFile(join(folder, 'keys'), text, { mode: 0o600 }),
     async start() {
       const flags = ['--host', '127.0.0.1', '--port', String(server.port), '--data-dir', join(folder, 'data')]
+      if (keys) flags.push('--api-keys', join(folder, 'keys'))
       child = spawn(process.env.RELITD, flags, { stdio: ['ignore', 'pipe', 'ignore'] })
       for await (const line of createInterface({ input: child.stdout })) {
         server.address = line.match(/^relitd listens on (\S+)/)?.[1]
@@ -33,6 +39,7 @@ export async function startServer() {
       await rm(folder, { recursive: true })
     },
   }
+  if (keys) await server.setKeys(keys)
   await server.start()
   process.on('exit', () => child.kill('SIGKILL'))
   return server
@@ -42,6 +49,18 @@ export function startBrowser() {
   const quiet = ['--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
     '--disable-component-update', '--disable-sync']
   return chromium.launch({ executablePath: process.env.CHROMIUM, args: [...quiet, '--no-sandbox'] })
+}
+
+/** {server, browser} for all tests of a file, which are gone after the last of them. @param options  of the server */
+export async function staged(options) {
+  const stage = {}
+  after(async () => {
+    await stage.browser?.close()
+    await stage.server?.remove()
+  })
+  stage.server = await startServer(options)
+  stage.browser = await startBrowser()
+  return stage
 }
 
 /**
@@ -67,6 +86,21 @@ export async function openPage(browser, address, options) {
     if (final) globalThis.finalFrame = { etag, scene, width }
   }))
   await page.goto(address)
+  return page
+}
+
+export const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
+export const close = (page) => page.context().close()
+
+/** A screenshot to look at, where the run was given a folder for them. */
+export async function keep(page, name) {
+  if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) })
+}
+
+/** The studio at a path of the server, with its first picture. */
+export async function openStudio({ browser, server }, path = '/', options) {
+  const page = await openPage(browser, server.address + path, options)
+  await finalFrame(page)
   return page
 }
 
@@ -117,4 +151,27 @@ export async function drag(page, from, to) {
   await page.mouse.down()
   await page.mouse.move(...at(to), { steps: 8 })
   await page.mouse.up()
+}
+
+const axe = createRequire(import.meta.url).resolve('axe-core')
+
+/** What axe finds that is serious: sentences. */
+export async function violations(page) {
+  await page.evaluate(await readFile(axe, 'utf8'))
+  const { violations, passes } = await page.evaluate(() =>
+    globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice'] }),
+  )
+  assert.ok(
+    passes.some(({ id, nodes }) => id === 'color-contrast' && nodes.length),
+    'contrast was looked at',
+  )
+  return violations
+    .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+    .map(
+      ({ id, nodes }) =>
+        `${id}: ${nodes
+          .slice(0, 4)
+          .map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`)
+          .join(' | ')}`,
+    )
 }

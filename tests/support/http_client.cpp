@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <stdexcept>
 
 namespace relit::test {
@@ -16,8 +17,15 @@ namespace {
 constexpr std::chrono::milliseconds longest_wait{10'000};
 
 bool readable_within(int socket, std::chrono::milliseconds time) {
+    const auto end = std::chrono::steady_clock::now() + time;
     pollfd waiting{.fd = socket, .events = POLLIN, .revents = 0};
-    return ::poll(&waiting, 1, int(time.count())) > 0;
+    int ready = ::poll(&waiting, 1, int(time.count()));
+    while (ready < 0 && errno == EINTR) {
+        const auto left =
+            std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+        ready = ::poll(&waiting, 1, std::max(0, int(left.count())));
+    }
+    return ready > 0;
 }
 
 std::string lower(std::string text) {
@@ -74,6 +82,8 @@ bool RawConnection::send(std::string_view bytes) {
     }
     return true;
 }
+
+void RawConnection::finish_sending() { ::shutdown(socket_, SHUT_WR); }
 
 bool RawConnection::receive_more() {
     if (!readable_within(socket_, longest_wait)) throw std::runtime_error("no answer within 10 s");

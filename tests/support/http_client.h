@@ -32,6 +32,9 @@ public:
     /// Sends all of it. @return false when the server has closed meanwhile
     bool send(std::string_view bytes);
 
+    /// Says that nothing more will be sent; replies may still be received.
+    void finish_sending();
+
     /// The next reply, interim ones (100) included. @param to_head  of a HEAD request: no body
     /// follows
     [[nodiscard]] HttpReply receive(bool to_head = false);

@@ -266,21 +266,21 @@ RELIT_INLINE Floats inner_steps_inside(const TileWay& way, Packet& p, const Hull
         if (is_clear && far > near) {
             columns(far, left, right);
             const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
-            if (is_over(bounds_of(table, left, right, far_columns).top)) {
+            if (is_over(widest_of(table, left, right, far_columns).top)) {
                 done += far;
                 continue;
             }
         }
         columns(near, left, right);
         const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
-        const Bounds bounds = bounds_of(table, left, right, near_columns);
+        const Bounds bounds = widest_of(table, left, right, near_columns);
         is_clear = is_over(bounds.top);
         if (!is_clear) {
             if (hull.begun <= float(done) && hull.z.most(float(done + near)) < bounds.bottom) {
                 sums.whole = sums.whole + broadcast(float(near));
             } else {
-                const float bend = bend_of(
-                    grid.bend + long(cell_row / near_rows) * grid.bounds_across, left, right);
+                const float* bends = grid.bend + long(cell_row / near_rows) * grid.bounds_across;
+                const float bend = widest_of(bends, left, right, near_columns);
                 const Stretch stretch{row,   near, broadcast(float(done)) - p.lag, all_lanes, left,
                                       right, bend};
                 march_stretch<masked>(p, grid, stretch, hull.begun <= float(done), sums);

@@ -185,27 +185,19 @@ RELIT_INLINE Stretch stretch(const Packet& p, const Grid& grid, int row, int don
     return s;
 }
 
-// Bounds of the cells of a stretch, from the table whose entries hold `columns` of them.
-RELIT_INLINE Bounds bounds_of(const Bounds* table_row, int left, int right, int columns) {
-    const int first = left / near_rows;
-    Bounds bounds = table_row[first];
-    for (int next = first + columns / near_rows; next * near_rows <= right;
-         next += columns / near_rows) {
-        const Bounds& more = table_row[next];
-        bounds.top = more.top > bounds.top ? more.top : bounds.top;
-        bounds.bottom = more.bottom < bounds.bottom ? more.bottom : bounds.bottom;
-    }
-    return bounds;
+RELIT_INLINE float widest(float a, float b) { return b > a ? b : a; }
+RELIT_INLINE Bounds widest(Bounds a, Bounds b) {
+    return {widest(a.top, b.top), b.bottom < a.bottom ? b.bottom : a.bottom};
 }
 
-// The same of how the surface bends.
-RELIT_INLINE float bend_of(const float* table_row, int left, int right) {
-    const int first = left / near_rows;
-    float bend = table_row[first];
-    for (int next = first + near_columns / near_rows; next * near_rows <= right;
-         next += near_columns / near_rows)
-        bend = table_row[next] > bend ? table_row[next] : bend;
-    return bend;
+// What the table whose entries hold `columns` cells says of the cells of a stretch together.
+template <class Entry>
+RELIT_INLINE Entry widest_of(const Entry* table_row, int left, int right, int columns) {
+    const int first = left / near_rows, stride = columns / near_rows;
+    Entry entry = table_row[first];
+    for (int next = first + stride; next * near_rows <= right; next += stride)
+        entry = widest(entry, table_row[next]);
+    return entry;
 }
 
 // Whether all lanes pass the stretch wholly above or wholly inside; adds to `whole` if so.

@@ -185,17 +185,17 @@ RELIT_INLINE Floats steps_inside(const Packet& p, const Grid& grid, int first_ro
         if (is_clear && far > near) {
             const Stretch s = stretch(p, grid, row, done, far);
             const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
-            if (passes(p, s, bounds_of(table, s.left, s.right, far_columns), sums.whole)) {
+            if (passes(p, s, widest_of(table, s.left, s.right, far_columns), sums.whole)) {
                 done += far;
                 continue;
             }
         }
         Stretch s = stretch(p, grid, row, done, near);
         const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
-        is_clear = passes(p, s, bounds_of(table, s.left, s.right, near_columns), sums.whole);
+        is_clear = passes(p, s, widest_of(table, s.left, s.right, near_columns), sums.whole);
         if (!is_clear) {
-            s.bend = bend_of(grid.bend + long(cell_row / near_rows) * grid.bounds_across, s.left,
-                             s.right);
+            const float* bends = grid.bend + long(cell_row / near_rows) * grid.bounds_across;
+            s.bend = widest_of(bends, s.left, s.right, near_columns);
             march_stretch<masked>(p, grid, s, false, sums);
         }
         done += near;

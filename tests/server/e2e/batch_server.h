@@ -85,6 +85,16 @@ protected:
         }
         return true;
     }
+    /// The id of a finished batch of two pictures in a data folder, whose server has ended.
+    static std::string left_finished_in(const std::filesystem::path& folder) {
+        RelitProcess relitd({.data_dir = folder});
+        const std::string id = submit_until_accepted([&] { return relitd.port(); },
+                                                     orbit(uploaded(relitd.port(), 1, 32), 2), "k");
+        EXPECT_TRUE(comes_true([&] { return batch_at(relitd.port(), id)["status"] == "done"; }));
+        relitd.signal(SIGTERM);
+        EXPECT_EQ(relitd.exit_status(), 0);
+        return id;
+    }
 };
 
 }  // namespace relit::test

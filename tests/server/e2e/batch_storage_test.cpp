@@ -93,15 +93,7 @@ TEST_F(BatchServer, ADataFolderThatCannotBeWrittenIsToldAtTheStart) {
 
 TEST_F(BatchServer, WithADatabaseThatCannotBeWrittenNothingIsAcceptedUntilItCan) {
     const TemporaryFolder folder;
-    std::string id;
-    {
-        RelitProcess relitd({.data_dir = folder.path()});
-        id = submit_until_accepted([&] { return relitd.port(); },
-                                   orbit(uploaded(relitd.port(), 1, 32), 2), "k");
-        ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port(), id)["status"] == "done"; }));
-        relitd.signal(SIGTERM);
-        EXPECT_EQ(relitd.exit_status(), 0);
-    }
+    const std::string id = left_finished_in(folder.path());
     auto read_only = std::make_unique<ReadOnly>(folder.path() / "batches");
     if (!read_only->is_there()) GTEST_SKIP() << no_mount;
     RelitProcess relitd({.data_dir = folder.path()});
@@ -175,15 +167,7 @@ TEST_F(BatchServer, AFullDiskIsToldAndWhatWasAcceptedGoesOnWhenThereIsRoom) {
 TEST_F(BatchServer, ADamagedDatabaseIsToldWhileRendersGoOnAndTakenBackWhenItIsRestored) {
     const TemporaryFolder folder;
     const fs::path database = folder.path() / "batches" / "batches.db";
-    std::string id;
-    {
-        RelitProcess relitd({.data_dir = folder.path()});
-        id = submit_until_accepted([&] { return relitd.port(); },
-                                   orbit(uploaded(relitd.port(), 1, 32), 2), "k");
-        ASSERT_TRUE(comes_true([&] { return batch_at(relitd.port(), id)["status"] == "done"; }));
-        relitd.signal(SIGTERM);
-        EXPECT_EQ(relitd.exit_status(), 0);
-    }
+    const std::string id = left_finished_in(folder.path());
     fs::copy_file(database, folder.path() / "copy");
     std::ofstream(database, std::ios::binary | std::ios::trunc) << std::string(20'000, '?');
     RelitProcess relitd({.data_dir = folder.path()});

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <thread>
 
+#include "core/base/sanitized.h"
 #include "tests/support/http_client.h"
 #include "tests/support/processes.h"
 #include "tests/support/relit_process.h"
@@ -15,12 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 // A bomb within the limits: some 200 kB that are 256 MB of floats.
 const std::string& bomb() {

@@ -1,8 +1,11 @@
 // How relitd starts, refuses to start, and stops.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <csignal>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include "tests/support/http_client.h"
 #include "tests/support/processes.h"
@@ -103,6 +106,88 @@ TEST(Lifecycle, ReadinessNeedsTheDataFolder) {
     EXPECT_EQ(reply.body.find(moved.parent_path().string()), std::string::npos) << "no path";
     std::filesystem::rename(moved, relitd.data_dir());
     EXPECT_EQ(http(relitd.port(), "GET", "/readyz").status, 200);
+}
+
+// What needs the folder is refused, what does not goes on, and nothing ends.
+TEST(Lifecycle, ADataFolderThatIsDeletedUnderTheServerCostsWhatNeedsIt) {
+    RelitProcess relitd;
+    const int port = relitd.port();
+    const auto kept = http(port, "POST", "/v1/images", small_png()).header("location");
+    const long before_mib = relitd.peak_memory_mib();
+    std::filesystem::remove_all(relitd.data_dir());
+    const std::string plato = "c19f4389c237ad9b4f5e8e7ab97c7e4770f41eee5cedf994967fa8e5eca91908";
+    const std::string of_plato = R"({"height": {"image": ")" + plato + "\"}}";
+    const auto [form, type] = form_of(
+        {{"scene", "", R"({"height": {"part": "map"}})"}, {"map", "map.png", small_png(2)}});
+    for (int round = 0; round < 6; ++round) {
+        for (const HttpReply& reply :
+             {http(port, "POST", "/v1/images", small_png(3 + round)), http(port, "GET", "/readyz"),
+              http(port, "POST", "/v1/batches",
+                   R"({"scenes": [{"height": {"image": ")" + plato + "\"}}]}")}) {
+            EXPECT_GE(reply.status, 500) << reply.body;
+            EXPECT_EQ(reply.header("content-type"), "application/problem+json");
+            EXPECT_EQ(reply.body.find(relitd.data_dir().string()), std::string::npos) << reply.body;
+        }
+        EXPECT_EQ(http(port, "GET", kept + "/content").status, 404);
+        EXPECT_EQ(http(port, "GET", "/healthz").status, 200);
+        EXPECT_EQ(http(port, "GET", "/v1/images").status, 200);
+        EXPECT_EQ(http(port, "POST", "/v1/render", of_plato).status, 200);
+        EXPECT_EQ(http(port, "POST", "/v1/render", form, {{"Content-Type", type}}).status, 200);
+    }
+    EXPECT_LT(relitd.peak_memory_mib(), before_mib + 60);
+    relitd.signal(SIGTERM);
+    EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+}
+
+// Everybody hears of it in whole replies or not at all, and what was acknowledged is there afterwards.
+TEST(Lifecycle, TermUnderLoadBreaksNoReplyAndLosesNoUpload) {
+    const TemporaryFolder folder;
+    std::vector<std::string> stored;
+    std::mutex mutex;
+    {
+        RelitProcess relitd({.flags = {"--log-level=warn"}, .data_dir = folder.path()});
+        const long before_mib = relitd.peak_memory_mib();
+        std::atomic<int> good{0}, broken{0};
+        const auto load = [&](int client) {
+            for (int i = 0; i < 100'000; ++i) try {
+                    RawConnection connection(relitd.port());
+                    const std::string map = small_png(client * 1000 + i % 1000, 32, 32);
+                    const auto [form, type] = form_of(
+                        {{"scene", "", R"({"height": {"part": "map"}})"}, {"map", "m", map}});
+                    connection.send(client % 2 ? http_request("POST", "/v1/images", map)
+                                               : http_request("POST", "/v1/render", form,
+                                                              {{"Content-Type", type}}));
+                    const HttpReply reply = connection.receive();
+                    const bool fine = reply.status / 100 == 2;
+                    ++(fine || reply.status == 503 ? good : broken);
+                    if (!fine) return;
+                    const std::lock_guard lock(mutex);
+                    if (client % 2) stored.push_back(reply.header("location"));
+                } catch (const std::runtime_error& error) {
+                    const std::string_view words = error.what();
+                    if (words.starts_with("closed") && words != "closed without a reply: ")
+                        ++broken;
+                    return;
+                }
+        };
+        std::vector<std::jthread> clients;
+        for (int client = 0; client < 16; ++client) clients.emplace_back(load, client);
+        std::this_thread::sleep_for(500ms);
+        EXPECT_LT(relitd.peak_memory_mib(), before_mib + 100);
+        const auto start = Clock::now();
+        relitd.signal(SIGTERM);
+        EXPECT_EQ(relitd.exit_status(), 0) << relitd.log();
+        EXPECT_LT(Clock::now() - start, 5s);
+        clients.clear();
+        EXPECT_EQ(broken, 0);
+        EXPECT_GT(good, 50);
+        EXPECT_LT(relitd.log().size(), 100'000u);
+    }
+    RelitProcess relitd({.data_dir = folder.path()});
+    for (const std::string& location : stored)
+        EXPECT_EQ(http(relitd.port(), "GET", location).status, 200) << location;
+    EXPECT_FALSE(stored.empty());
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path() / "incoming"));
 }
 
 TEST(Lifecycle, OriginsThatAreNoneAreRefusedAtStart) {

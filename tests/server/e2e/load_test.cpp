@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/base/sanitized.h"
 #include "tests/support/http_client.h"
 #include "tests/support/maps.h"
 #include "tests/support/metrics_text.h"
@@ -21,14 +22,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-
-// With a sanitizer everything takes many times as long, and memory that was given back stays in use:
-// fewer frames then, and no claims of time and memory.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 // The fields of /proc/<pid>/stat, numbered as in proc(5).
 long stat_field(const RelitProcess& relitd, int number) {
@@ -134,6 +127,7 @@ void expect_flat(double before_mib, double after_mib) {
     EXPECT_LE(after_mib, 1.05 * before_mib) << before_mib << " MiB before";
 }
 
+// With a sanitizer fewer frames, and no claims of time and memory.
 constexpr int frames = sanitized ? 800 : 10'000;
 constexpr int warm_up =
     sanitized ? 80 : 1'000;  // every thread has its buffers, the allocator its arenas

@@ -1,4 +1,4 @@
-// A handler that is at work for as long as a test likes.
+// A handler that is at work for as long as a test likes, and the fixture of tests of connections.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,8 +11,17 @@
 #include "server/error_codes.h"
 #include "server/http/message.h"
 #include "server/services.h"
+#include "tests/support/http_client.h"
+#include "tests/support/test_server.h"
 
 namespace relit::server {
+
+using namespace std::chrono_literals;
+using test::http;
+using test::http_request;
+using test::RawConnection;
+using test::TestServer;
+using Clock = std::chrono::steady_clock;
 
 /// Works until it is told to stop, or the test lets it finish.
 struct Work {
@@ -46,5 +55,13 @@ inline Reply work_long(const Request& request, Services&) {
     ++work->abandoned;
     throw Error(error_code::cancelled, "abandoned");
 }
+
+/// What work_long() does is done when the test ends.
+class LongWork : public testing::Test {
+protected:
+    void SetUp() override { work = &work_; }
+    void TearDown() override { work_.let_finish(); }
+    Work work_;
+};
 
 }  // namespace relit::server

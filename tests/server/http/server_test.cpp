@@ -7,18 +7,9 @@
 #include "server/error_codes.h"
 #include "server/routes/meta.h"
 #include "tests/server/http/long_work.h"
-#include "tests/support/http_client.h"
-#include "tests/support/test_server.h"
 
 namespace relit::server {
 namespace {
-
-using namespace std::chrono_literals;
-using test::http;
-using test::http_request;
-using test::RawConnection;
-using test::TestServer;
-using Clock = std::chrono::steady_clock;
 
 Reply echo(const Request& request, Services&) {
     std::string body = request.body;
@@ -45,12 +36,7 @@ std::vector<Route> test_routes() {
             {"GET", "/healthz", get_health}};
 }
 
-class Transport : public testing::Test {
-protected:
-    void SetUp() override { work = &work_; }
-    void TearDown() override { work_.let_finish(); }
-    Work work_;
-};
+using Transport = LongWork;
 
 TEST_F(Transport, RequestsOfOneConnectionAreAnsweredInTurnAlsoWhenSentAtOnce) {
     TestServer server(test_routes());

@@ -172,8 +172,8 @@ TEST_F(BatchRunnerTest, OrphansOfTheLastRunAreSweptAndNothingElse) {
         runner.start();
         ASSERT_TRUE(finishes("a"));
     }
-    (void)results.put("a", "never named");
-    (void)results.put("gone", "of no batch");
+    const ResultFiles::NewPicture orphans[] = {{"a", "never named"}, {"gone", "of no batch"}};
+    (void)results.put(orphans);
     std::ofstream(folder.path() / "incoming" / "XXabcd") << "half";
     submit("b", {"two"});
     BatchRunner runner(store, results, settings());

@@ -272,6 +272,7 @@ TEST(ImageStore, VanishedFolderIsAnErrorWithoutAPath) {
     ImageStore store(folder.path() / "data");
     fs::remove_all(folder.path() / "data");
     EXPECT_EQ(code_of([&] { store.put("abc", info); }), "storage-failed");
+    EXPECT_FALSE(fs::exists(folder.path() / "data")) << "nothing of it is made anew";
 }
 
 TEST(ImageStore, LeastRecentlyUsedImagesGoFirst) {

@@ -20,7 +20,11 @@ namespace fs = std::filesystem;
 class ResultFilesTest : public testing::Test {
 protected:
     void put(ResultFiles& files, const std::string& batch, int count) const {
-        for (int i = 0; i < count; ++i) (void)files.put(batch, batch + std::to_string(i));
+        std::vector<std::string> bytes;
+        for (int i = 0; i < count; ++i) bytes.push_back(batch + std::to_string(i));
+        std::vector<ResultFiles::NewPicture> pictures;
+        for (const std::string& one : bytes) pictures.push_back({batch, one});
+        EXPECT_EQ(files.put(pictures).size(), std::size_t(count));
     }
     [[nodiscard]] std::size_t entries_in(const char* name) const {
         std::error_code none;
@@ -36,11 +40,26 @@ protected:
     test::TemporaryFolder folder;
 };
 
+TEST_F(ResultFilesTest, OfSeveralBatchesArePutTogetherAndNamedInTheirOrder) {
+    ResultFiles files(folder.path());
+    const ResultFiles::NewPicture pictures[] = {
+        {"a", "one"}, {"b", "two"}, {"a", "one"}, {"a", "three"}};
+    const auto names = files.put(pictures);
+    ASSERT_EQ(names.size(), 4u);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        EXPECT_EQ(files.get(pictures[i].batch, names[i]).bytes, pictures[i].bytes) << i;
+    EXPECT_EQ(names[0], names[2]) << "the same bytes are there once";
+    EXPECT_EQ(entries_in("results/a"), 2u);
+    EXPECT_EQ(entries_in("incoming"), 0u);
+    EXPECT_TRUE(files.put({}).empty());
+}
+
 TEST_F(ResultFilesTest, OfARemovedBatchAreGoneAtOnceAndTheirRoomIsFreedAfterwards) {
     ResultFiles files(folder.path());
     put(files, "a", 30);
     put(files, "b", 1);
-    const std::string name = files.put("a", "more");
+    const ResultFiles::NewPicture more{"a", "more"};
+    const std::string name = files.put({&more, 1}).front();
     EXPECT_EQ(files.get("a", name).bytes, "more");
     files.remove("a");
     EXPECT_FALSE(fs::exists(folder.path() / "results" / "a"));
