@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int niceness = 10;  // a tenth of the share of a thread that answers requests
+constexpr int niceness = 19;  // about a seventieth of the share of a thread that answers requests
 constexpr auto look_at_turn_every = 20ms;
 constexpr auto look_for_work_every = 1s;  // for frames whose pause is over
 constexpr auto renew_every = 10s;
