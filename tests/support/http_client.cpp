@@ -55,18 +55,22 @@ std::string HttpReply::header(const std::string& lower_case_name) const {
     return found == headers.end() ? "" : found->second;
 }
 
-RawConnection::RawConnection(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+int connected_socket(int port) {
+    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const int on = 1;
-    ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    if (::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
-        close();
+    ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    if (::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+        ::close(socket);
         throw std::runtime_error("cannot connect to port " + std::to_string(port));
     }
+    return socket;
 }
+
+RawConnection::RawConnection(int port) : socket_(connected_socket(port)) {}
 
 RawConnection::~RawConnection() { close(); }
 

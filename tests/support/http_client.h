@@ -21,6 +21,9 @@ struct HttpReply {
     [[nodiscard]] std::string header(const std::string& lower_case_name) const;
 };
 
+/// A new connection to 127.0.0.1, without delay for small pieces. @throws std::runtime_error
+[[nodiscard]] int connected_socket(int port);
+
 /// A connection to 127.0.0.1. Every wait ends after 10 s in a std::runtime_error.
 class RawConnection {
 public:

@@ -1,7 +1,5 @@
 #include "tests/support/load_client.h"
 
-#include <arpa/inet.h>
-#include <netinet/tcp.h>
 #include <sys/epoll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -15,6 +13,8 @@
 #include <memory>
 #include <stdexcept>
 #include <string_view>
+
+#include "tests/support/http_client.h"
 
 namespace relit::test {
 namespace {
@@ -38,15 +38,7 @@ double cpu_of_thread() {
 // One connection with at most one request on its way. Of replies the head is kept, bodies are counted.
 class Line {
 public:
-    Line(int port, int epoll) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-        sockaddr_in address{};
-        address.sin_family = AF_INET;
-        address.sin_port = htons(static_cast<std::uint16_t>(port));
-        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        const int on = 1;
-        ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-        if (::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
-            throw std::runtime_error("cannot connect");
+    Line(int port, int epoll) : socket_(connected_socket(port)) {
         epoll_event event{.events = EPOLLIN, .data = {.ptr = this}};
         ::epoll_ctl(epoll, EPOLL_CTL_ADD, socket_, &event);
     }
