@@ -109,7 +109,7 @@ export const nextScale = (scale, { network, transfer, render, encode }) =>
 
 const css = `:host(:not([hidden])){display:block;position:relative}
 canvas{display:block;width:100%;height:100%;cursor:crosshair;touch-action:none}
-b{position:absolute;top:0;left:0;width:24px;aspect-ratio:1;box-sizing:border-box;border:2px solid #fff;border-radius:50%;background:var(--relit-light);box-shadow:0 0 0 2px #000a;cursor:grab;touch-action:none}`
+b{top:0;left:0;width:24px;aspect-ratio:1;box-sizing:border-box;position:absolute;border:2px solid #fff;border-radius:50%;background:var(--relit-light);box-shadow:0 0 0 2px #000a;cursor:grab;touch-action:none}`
 const keys = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1], PageUp: [0, 0, 1], PageDown: [0, 0, -1] }
 const partial = ({ preset, lights }) => !!preset || !lights?.[0]
 
@@ -153,12 +153,12 @@ function mount(host) {
     if (!partial(next)) scene = next
     locate()
     pixels = width()
-    if (!pixels || !host.isConnected) return
+    if (!pixels) return resized.observe(host)
     host.ariaBusy = true
     if (running?.final || running?.scene.height?.image !== next.height?.image) running?.abort()
     waiting = { scene: next, final }
     clearTimeout(resting)
-    resting = final ? 0 : setTimeout(settle, 150)
+    resting = !final && setTimeout(settle, 150)
     if (final && moved) tellLight(!(moved = false))
     work()
   }
@@ -218,7 +218,7 @@ function mount(host) {
     const output = { ...next.output, accuracy: 'final', format: 'png', effort: 'fast', bitDepth: null, width: pixels, height: null }
     if (!job.final) {
       output.accuracy = 'preview'
-      output.width = Math.ceil((min(pixels, region()[2]) * scale) / 16) * 16
+      output.width = Math.ceil((scale * min(pixels, region()[2])) / 16) * 16
       if (output.background || (!next.alpha && map.channels % 2 && map.type[0] === 'u')) output.format = 'jpeg'
       if (slow) output.format = 'webp'
     }
@@ -247,7 +247,7 @@ function mount(host) {
   })
   on('lostpointercapture', () => settle((grip = null)))
   on('keydown', (event) => {
-    if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return
+    if (!keys[event.key] || event.altKey || event.ctrlKey || event.metaKey) return
     event.preventDefault()
     const [right, down, near] = keys[event.key].map((step) => step * (event.shiftKey ? 0.1 : 0.02))
     const [x, y] = handlePosition(light(), size(), crop())

@@ -188,6 +188,12 @@ test('an element that moves in its page, or is hidden for a while, goes on with 
   await element(page, (image) => { image.hidden = true })
   await element(page, (image) => { image.scene = { ...image.scene, relief: 0.4 }; image.hidden = false })
   await page.waitForFunction(() => seen.frames.at(-1).final && seen.frames.at(-1).relief === 0.4)
+  await element(page, (image) => { // hidden and back before anybody has drawn the page
+    image.hidden = true
+    image.scene = { ...image.scene, relief: 0.3 }
+    image.hidden = false
+  })
+  await page.waitForFunction(() => seen.frames.at(-1).final && seen.frames.at(-1).relief === 0.3)
   await page.done()
 })
 
