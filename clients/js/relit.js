@@ -153,7 +153,7 @@ function mount(host) {
     if (!partial(next)) scene = next
     locate()
     pixels = width()
-    if (!pixels) return resized.observe(host)
+    if (!pixels) return host.connectedCallback()
     host.ariaBusy = true
     if (running?.final || running?.scene.height?.image !== next.height?.image) running?.abort()
     waiting = { scene: next, final }
@@ -243,7 +243,7 @@ function mount(host) {
     if (!held) moveTo(x, y)
   })
   on('pointermove', (event) => {
-    if (grip && event.isPrimary) moveTo(event.clientX + grip[0], event.clientY + grip[1])
+    if (event.isPrimary && grip) moveTo(event.clientX + grip[0], event.clientY + grip[1])
   })
   on('lostpointercapture', () => settle((grip = null)))
   on('keydown', (event) => {
