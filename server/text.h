@@ -25,6 +25,18 @@ constexpr std::string_view trimmed(std::string_view text) {
     return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
+inline constexpr std::string_view digits = "0123456789";
+inline constexpr std::string_view lower_letters = "abcdefghijklmnopqrstuvwxyz";
+inline constexpr std::string_view upper_letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+/// Whether each character of `text` is in one of the sets.
+template <typename... Sets>
+constexpr bool consists_of(std::string_view text, const Sets&... sets) {
+    for (const char c : text)
+        if (((std::string_view(sets).find(c) == std::string_view::npos) && ...)) return false;
+    return true;
+}
+
 /// The number that the whole text is, in decimal; nothing where it is none or does not fit.
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {

@@ -27,13 +27,6 @@ constexpr std::chrono::seconds pause_between_looks{1};
 
 constexpr Scope scopes[] = {Scope::read, Scope::render, Scope::admin};
 
-bool consists_of(std::string_view text, std::string_view signs) {
-    return std::all_of(text.begin(), text.end(), [&](char c) {
-        return (c >= '0' && c <= '9') || (lower(c) >= 'a' && lower(c) <= 'z') ||
-               signs.find(c) != std::string_view::npos;
-    });
-}
-
 // The next word, taken off the line; empty at its end.
 std::string_view next_word(std::string_view& line) {
     line = trimmed(line);
@@ -50,13 +43,14 @@ ApiKey parse_line(std::string_view text, int line) {
     const auto secret = next_word(text), scope = next_word(text), name = next_word(text);
     // RFC 6750, 2.1: what a Bearer token may consist of.
     if (secret.size() < shortest_key || secret.size() > longest_key ||
-        !consists_of(secret, "-._~+/="))
+        !consists_of(secret, lower_letters, upper_letters, digits, "-._~+/="))
         refuse(line, "a key has 16 to 256 letters, digits and -._~+/=");
     const auto* const known = std::find_if(std::begin(scopes), std::end(scopes),
                                            [&](Scope one) { return name_of(one) == scope; });
     if (known == std::end(scopes))
         refuse(line, "after the key stands its scope: read, render or admin");
-    if (name.size() > longest_name || !consists_of(name, "-._"))
+    if (name.size() > longest_name ||
+        !consists_of(name, lower_letters, upper_letters, digits, "-._"))
         refuse(line, "a name has at most 64 letters, digits and -._");
     if (!trimmed(text).empty()) refuse(line, "more than a key, its scope and its name");
     return {.secret = std::string(secret),

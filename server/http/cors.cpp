@@ -17,26 +17,15 @@ constexpr const char* accepted_headers =
     "X-Request-Id, traceparent, tracestate";
 constexpr const char* preflight_lifetime_s = "7200";  // as long as any browser keeps one
 
-constexpr std::string_view digits = "0123456789";
-constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyz";
-
-bool consists_of(std::string_view text, std::string_view a, std::string_view b,
-                 std::string_view c = {}) {
-    return std::all_of(text.begin(), text.end(), [&](char x) {
-        return a.find(x) != std::string_view::npos || b.find(x) != std::string_view::npos ||
-               c.find(x) != std::string_view::npos;
-    });
-}
-
 bool is_scheme(std::string_view text) {
-    return !text.empty() && letters.find(text.front()) != std::string_view::npos &&
-           consists_of(text, letters, digits, "+-.");
+    return !text.empty() && lower_letters.find(text.front()) != std::string_view::npos &&
+           consists_of(text, lower_letters, digits, "+-.");
 }
 
 bool is_host(std::string_view text) {
     if (text.starts_with('[') && text.ends_with(']'))  // an IPv6 address
         return text.size() > 2 && consists_of(text.substr(1, text.size() - 2), digits, "abcdef:.");
-    return !text.empty() && consists_of(text, letters, digits, "-._");
+    return !text.empty() && consists_of(text, lower_letters, digits, "-._");
 }
 
 bool is_port(std::string_view text) {

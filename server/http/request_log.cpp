@@ -2,23 +2,18 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <atomic>
 #include <random>
 #include <vector>
 
 #include "server/logging/log.h"
+#include "server/text.h"
 
 namespace relit::server {
 namespace {
 
 constexpr std::size_t longest_id = 128;
 constexpr std::size_t longest_path = 200;  // in the log
-
-bool is_id_character(char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-           std::string_view("-_.:+/=@~").find(c) != std::string_view::npos;
-}
 
 std::string new_request_id() {
     static const auto run = [] {
@@ -74,7 +69,7 @@ std::string request_id_of(const Headers& headers) {
     if (given == headers.end()) return new_request_id();
     const std::string& id = given->second;
     const bool good = !id.empty() && id.size() <= longest_id &&
-                      std::all_of(id.begin(), id.end(), is_id_character);
+                      consists_of(id, lower_letters, upper_letters, digits, "-_.:+/=@~");
     return good ? id : new_request_id();
 }
 

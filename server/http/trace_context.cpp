@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <random>
 
@@ -14,10 +13,7 @@ namespace {
 // "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"
 constexpr std::size_t version_00_size = 55;
 
-bool is_lower_hex(std::string_view text) {
-    return std::all_of(text.begin(), text.end(),
-                       [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
+bool is_lower_hex(std::string_view text) { return consists_of(text, digits, "abcdef"); }
 
 bool is_id(std::string_view text) {
     return is_lower_hex(text) && text.find_first_not_of('0') != std::string_view::npos;

@@ -2,11 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <random>
-
 #include "core/base/parallel.h"
 #include "server/error_codes.h"
 #include "server/http/problem.h"
+#include "server/random_hex.h"
 #include "server/scenes/picture_file.h"
 #include "server/scenes/scene_loading.h"
 #include "server/schema/scene_json.h"
@@ -164,11 +163,6 @@ BatchFacts Batches::find(const std::string& id) {
     return std::move(*batch);
 }
 
-std::string Batches::new_id() {
-    std::random_device device;
-    std::string id;
-    for (int i = 0; i < 4; ++i) id += fmt::format("{:08x}", device());
-    return id;
-}
+std::string Batches::new_id() { return random_hex(4); }
 
 }  // namespace relit::server

@@ -5,11 +5,11 @@
 
 #include <chrono>
 #include <limits>
-#include <random>
 #include <utility>
 
 #include "server/error_codes.h"
 #include "server/jobs/sqlite_statements.h"
+#include "server/random_hex.h"
 
 namespace relit::server {
 namespace {
@@ -25,11 +25,6 @@ StoreTime system_time_ms() {
 SqliteJobStoreSettings with_a_clock(SqliteJobStoreSettings settings) {
     if (!settings.clock) settings.clock = system_time_ms;
     return settings;
-}
-
-std::string new_run() {
-    std::random_device device;
-    return fmt::format("{:08x}{:08x}/", device(), device());
 }
 
 Error unavailable() {
@@ -63,7 +58,9 @@ std::optional<JobStore::Submitted> repeated(SqliteDatabase& database, const std:
 }  // namespace
 
 SqliteJobStore::SqliteJobStore(std::filesystem::path file, SqliteJobStoreSettings settings)
-    : file_(std::move(file)), settings_(with_a_clock(std::move(settings))), run_(new_run()) {}
+    : file_(std::move(file)),
+      settings_(with_a_clock(std::move(settings))),
+      run_(random_hex(2) + '/') {}
 
 SqliteJobStore::~SqliteJobStore() = default;
 

@@ -72,6 +72,14 @@ void TemporaryFile::rename_to(const std::filesystem::path& path) {
     name_.clear();
 }
 
+void make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directory(folder, error);
+    if (!error) return;
+    errno = error.value();
+    fail_storage("make a folder");
+}
+
 void sync_folder(const std::filesystem::path& folder) {
     const File file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (!file.is_open() || ::fsync(file.descriptor()) != 0) fail_storage("sync a folder");

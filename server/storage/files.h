@@ -56,6 +56,10 @@ private:
     bool is_synced_ = false;
 };
 
+/// Makes a folder where there is none; what it is in has to be there.
+/// @throws Error storage_full, storage_failed
+void make_folder(const std::filesystem::path& folder);
+
 /// Makes the names in a folder durable. @throws Error storage_full, storage_failed
 void sync_folder(const std::filesystem::path& folder);
 

@@ -125,13 +125,7 @@ void ImageStore::read_folder() {
 
 void ImageStore::make_folders(const Files& files) const {
     // One by one: a store that somebody has deleted must not come back in part, and look well.
-    for (const fs::path& folder : {files.folder.parent_path(), files.folder}) {
-        std::error_code error;
-        fs::create_directory(folder, error);
-        if (!error) continue;
-        errno = error.value();
-        fail_storage("make a folder");
-    }
+    for (const fs::path& folder : {files.folder.parent_path(), files.folder}) make_folder(folder);
     sync_folder(folder_ / "images");
     sync_folder(files.folder.parent_path());
 }

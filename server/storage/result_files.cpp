@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <map>
-#include <random>
 
 #include "server/error_codes.h"
+#include "server/random_hex.h"
 #include "server/storage/files.h"
 #include "server/storage/sha256.h"
 #include "server/text.h"
@@ -18,23 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void make_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directory(folder, error);
-    if (!error) return;
-    errno = error.value();
-    fail_storage("make a folder");
-}
-
-std::string new_pack() {
-    std::random_device device;
-    return fmt::format("{:08x}{:08x}", device(), device());
-}
-
 // A file that is being filled.
 struct Pack {
     explicit Pack(const fs::path& incoming) : file(incoming) {}
-    std::string name = new_pack();
+    std::string name = random_hex(2);
     TemporaryFile file;
     std::size_t size = 0;
 };
@@ -127,8 +114,7 @@ void ResultFiles::remove(const std::string& batch) noexcept try {
     const fs::path results = folder_ / "results" / batch;
     if (!fs::exists(results)) return;
     make_folder(folder_ / "removed");
-    const fs::path removed =
-        folder_ / "removed" / fmt::format("{}-{:08x}", batch, std::random_device()());
+    const fs::path removed = folder_ / "removed" / fmt::format("{}-{}", batch, random_hex(1));
     fs::rename(results, removed);
     clear_later(removed);
 } catch (const std::exception& error) {
