@@ -1,0 +1,156 @@
+#include "core/transport/radial_kernel.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+
+namespace relit {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int segments_per_octave = 1 << (23 - RadialKernel::segment_shift);
+constexpr int exact_per_octave = 32;  // the rest is interpolated
+
+int bits_of(float r_squared) {
+    return std::bit_cast<int>(r_squared) >> RadialKernel::segment_shift;
+}
+
+float start_of(int bits) { return std::bit_cast<float>(bits << RadialKernel::segment_shift); }
+
+// Where less than a millionth lies beyond, at most `extent`.
+double range_of(const RadialProfile& profile, double extent) {
+    const auto is_beyond = [&](double r) {
+        return profile.within(r) >= profile.total * (1 - 1e-6);
+    };
+    if (!(profile.total < std::numeric_limits<double>::infinity()) || !is_beyond(extent))
+        return extent;
+    double low = 0, high = extent;
+    for (int k = 0; k < 40; ++k) {
+        const double middle = (low + high) / 2;
+        (is_beyond(middle) ? high : low) = middle;
+    }
+    return high;
+}
+
+// The mean over a cell that lies at `r`, turned by an eighth of a right angle's half: neither along
+// its axes nor its diagonals.
+double mean_of_cell(const RadialProfile& profile, double r, double spacing) {
+    const double cos = std::cos(pi / 8), sin = std::sin(pi / 8);
+    double sum = 0;
+    for (const double a : {-0.375, -0.125, 0.125, 0.375})
+        for (const double b : {-0.375, -0.125, 0.125, 0.375})
+            sum += profile.at(std::max(
+                std::hypot(r + spacing * (a * cos - b * sin), spacing * (a * sin + b * cos)),
+                spacing / 64));
+    return sum / 16;
+}
+
+// A profile averaged over cells.
+struct Averaged {
+    const RadialProfile& profile;
+    double spacing;
+    double centre = 0;      // the mean over the disk of a cell's area
+    double correction = 0;  // what midpoints lack at 0
+
+    Averaged(const RadialProfile& p, double h) : profile(p), spacing(h) {
+        centre = profile.within(h / std::sqrt(pi)) / (h * h);
+        correction = centre - mean_of_cell(profile, 0, h);
+    }
+
+    double operator()(double r) const {
+        const double cells = r / spacing;
+        if (cells >= 8) return profile.at(r);
+        const double mean = mean_of_cell(profile, r, spacing);
+        if (cells <= 1) return mean + correction * std::pow(1 - cells * cells, 2);
+        if (cells <= 4) return mean;
+        const double t = (cells - 4) / 4, fade = t * t * (3 - 2 * t);
+        return mean + fade * (profile.at(r) - mean);
+    }
+};
+
+// Cubic through four equidistant points at the place t between the middle ones.
+double between(const double* p, double t) {
+    const double a = p[0], b = p[1], c = p[2], d = p[3];
+    return b * (1 - t * t) * (1 - t / 2) - a * t * (1 - t) * (2 - t) / 6 +
+           c * t * (1 + t) * (2 - t) / 2 - d * t * (1 - t * t) / 6;
+}
+
+}  // namespace
+
+RadialProfile exponential_profile(double sigma) {
+    assert(sigma >= 0);
+    const auto within = [sigma](double a) {
+        const double t = sigma * a;
+        if (t < 1e-3) return pi * a * a * (1 - 2 * t / 3);
+        return 2 * pi / (sigma * sigma) * -(std::expm1(-t) + t * std::exp(-t));
+    };
+    const double total = sigma > 0 ? 2 * pi / (sigma * sigma) : INFINITY;
+    return {[sigma](double r) { return std::exp(-sigma * r); }, within, total};
+}
+
+RadialKernel::RadialKernel(std::span<const RadialProfile> channels, double spacing, double extent)
+    : channels_(int(channels.size())), spacing_(spacing) {
+    assert(channels_ == 1 || channels_ == 3);
+    assert(spacing > 0 && extent >= 0);
+    for (const RadialProfile& profile : channels)
+        range_ = std::max(range_, range_of(profile, 1.001 * extent + spacing));
+    range_ = std::max(range_, 2 * spacing);
+    const double least = spacing / 8;
+    first_ = bits_of(float(least * least)) / segments_per_octave * segments_per_octave;
+    last_ = bits_of(float(range_ * range_)) + 1 - first_;
+    segments_.assign(std::size_t(last_ + 1) * stride, 0.0f);
+    for (int c = 0; c < channels_; ++c) fill(c, channels[c]);
+}
+
+void RadialKernel::fill(int c, const RadialProfile& profile) {
+    const Averaged averaged(profile, spacing_);
+    // Logarithms at points that are equidistant in the logarithm of r^2, the first one before the table.
+    const double least = start_of(first_);
+    const int points = 5 + int(exact_per_octave * std::log2(start_of(first_ + last_) / least));
+    std::vector<double> exact;
+    for (int k = -1; k < points; ++k) {
+        const double value = averaged(std::sqrt(least * std::exp2(double(k) / exact_per_octave)));
+        exact.push_back(std::log(std::max(value, 1e-300)));
+    }
+    const double own_range = range_of(profile, range_);
+    const auto value_at = [&](double u) {
+        const double place = exact_per_octave * std::log2(u / least);
+        const int k = int(place);
+        return std::exp(between(&exact[k], place - k));
+    };
+    double left = averaged.centre, left_u = 0;
+    for (int k = 0; k < last_; ++k) {
+        const double right_u = start_of(first_ + k + 1);
+        const double right = value_at(right_u);
+        const double slope = (right - left) / (right_u - left_u);
+        if (left_u <= own_range * own_range) {
+            segments_[std::size_t(k) * stride + c] = float(left - slope * left_u);
+            segments_[std::size_t(k) * stride + 4 + c] = float(slope);
+        }
+        left = right;
+        left_u = right_u;
+    }
+    const double cell = spacing_ * spacing_;
+    for (int k = 0; k <= own_areas * own_steps; ++k) {
+        const double area = cell * std::exp2(double(k) / own_steps);
+        own_[c].push_back(profile.within(std::sqrt(area / pi)) / area - averaged.centre);
+    }
+}
+
+int RadialKernel::index_of(float r_squared) const {
+    return std::clamp(bits_of(r_squared) - first_, 0, last_);
+}
+
+double RadialKernel::at_own_place(int c, double area) const {
+    const double place = own_steps * std::log2(area / (spacing_ * spacing_));
+    const double clamped = std::clamp(place, 0.0, double(own_areas * own_steps) - 1e-9);
+    const int k = int(clamped);
+    return own_[c][k] + (clamped - k) * (own_[c][k + 1] - own_[c][k]);
+}
+
+}  // namespace relit
