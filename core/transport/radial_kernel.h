@@ -38,7 +38,7 @@ template <class Profile>
 /// mean free path, which is the sum's own error. Averaging fades out from 4 to 8 cells.
 ///
 /// Linear in r^2 between 512 points an octave that the leading bits of r^2 as a float select: reading it
-/// takes no root, division or exponential. Relative error of a table's number: 1e-5 down to e^{-8} of
+/// takes no root, division or exponential. Relative error of a table's number: 1e-5 down to e^{-6} of
 /// the profile's own exponential. 0 from where less than 1e-6 of the total lies beyond.
 class RadialKernel {
 public:

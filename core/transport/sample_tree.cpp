@@ -159,41 +159,4 @@ TreeFlux tree_flux(const SampleTree& tree, std::span<const float> flux, int chan
     return made;
 }
 
-void tree_sum(const SampleTree& tree, const TreeFlux& flux, const RadialKernel& kernel,
-              float threshold, const float* point, float* sum) {
-    const int channels = flux.channels;
-    const SurfaceSamples& samples = tree.samples();
-    double total[RadialKernel::max_channels]{};
-    const auto add = [&](float x, float y, float z, const float* of_channels) {
-        const float dx = x - point[0], dy = y - point[1], dz = z - point[2];
-        const float r_squared = dx * dx + dy * dy + dz * dz;
-        for (int c = 0; c < channels; ++c)
-            total[c] += double(kernel.at_squared(c, r_squared)) * of_channels[c];
-    };
-    const std::span<const SampleTree::Node> nodes = tree.nodes();
-    for (std::size_t k = 0; k < nodes.size();) {
-        const SampleTree::Node& node = nodes[k];
-        const float* place = &flux.places[k * 3];
-        bool is_inside = true;
-        float r_squared = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            is_inside =
-                is_inside && point[axis] >= node.low[axis] && point[axis] <= node.high[axis];
-            r_squared += (place[axis] - point[axis]) * (place[axis] - point[axis]);
-        }
-        if (node.is_leaf) {
-            for (std::uint32_t s = node.first; s < node.first + node.count; ++s)
-                add(samples.x[s], samples.y[s], samples.z[s],
-                    &flux.of_samples[std::size_t(s) * channels]);
-            k = node.end;
-        } else if (!is_inside && node.area < threshold * r_squared) {
-            add(place[0], place[1], place[2], &flux.of_nodes[k * channels]);
-            k = node.end;
-        } else {
-            ++k;
-        }
-    }
-    for (int c = 0; c < channels; ++c) sum[c] = float(total[c]);
-}
-
 }  // namespace relit

@@ -8,9 +8,6 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/base/parallel.h"
-#include "core/base/simd.h"
-#include "core/image/large_pages.h"
 #include "core/transport/radial_kernel.h"
 
 namespace relit {
@@ -66,11 +63,5 @@ struct TreeFlux {
 
 /// @param flux  [sample as given][channel], finite
 [[nodiscard]] TreeFlux tree_flux(const SampleTree& tree, std::span<const float> flux, int channels);
-
-/// Sum over all samples of kernel(distance) times flux, per channel, at a point: node by node as the
-/// specification writes it. A node counts as one sample where the point lies outside its cube and its
-/// area / squared distance is below `threshold`.
-void tree_sum(const SampleTree& tree, const TreeFlux& flux, const RadialKernel& kernel,
-              float threshold, const float* point, float* sum);
 
 }  // namespace relit

@@ -1,4 +1,4 @@
-#include "core/visibility/kernels/shorts_vector.h"
+#include "core/base/wide/shorts_vector.h"
 //
 #include "core/visibility/kernels/band_march.h"
 

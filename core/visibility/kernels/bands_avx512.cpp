@@ -1,4 +1,4 @@
-#include "core/visibility/kernels/shorts_avx512.h"
+#include "core/base/wide/shorts_avx512.h"
 //
 #include "core/visibility/kernels/band_march.h"
 

@@ -1,4 +1,4 @@
-#include "core/visibility/kernels/wide_vector.h"
+#include "core/base/wide/wide_vector.h"
 //
 #include "core/visibility/kernels/march_rays.h"
 #include "core/visibility/kernels/march_tile.h"

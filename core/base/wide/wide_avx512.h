@@ -32,10 +32,20 @@ RELIT_INLINE Ints operator-(Ints a, Ints b) { return {_mm512_sub_epi32(a.v, b.v)
 RELIT_INLINE Ints clamped(Ints a, int lo, int hi) {
     return {_mm512_min_epi32(_mm512_max_epi32(a.v, _mm512_set1_epi32(lo)), _mm512_set1_epi32(hi))};
 }
+RELIT_INLINE Ints min(Ints a, Ints b) { return {_mm512_min_epi32(a.v, b.v)}; }
+template <int bits>
+RELIT_INLINE Ints shifted_left(Ints a) {
+    return {_mm512_slli_epi32(a.v, bits)};
+}
+template <int bits>
+RELIT_INLINE Ints shifted_right(Ints a) {
+    return {_mm512_srai_epi32(a.v, bits)};
+}
 
 struct Floats {
     __m512 v;
 };
+RELIT_INLINE Ints bits_of(Floats a) { return {_mm512_castps_si512(a.v)}; }
 RELIT_INLINE Floats broadcast(float a) { return {_mm512_set1_ps(a)}; }
 RELIT_INLINE Floats load(const float* p) { return {_mm512_loadu_ps(p)}; }
 RELIT_INLINE void store(float* p, Floats a) { _mm512_storeu_ps(p, a.v); }

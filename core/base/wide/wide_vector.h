@@ -56,10 +56,21 @@ RELIT_INLINE Ints clamped(Ints a, int lo, int hi) {
     const IntVector raised = a.v < l ? l : a.v;
     return {raised > h ? h : raised};
 }
+RELIT_INLINE Ints min(Ints a, Ints b) { return {a.v < b.v ? a.v : b.v}; }
+template <int bits>
+RELIT_INLINE Ints shifted_left(Ints a) {
+    return {a.v << bits};
+}
+// The sign is kept.
+template <int bits>
+RELIT_INLINE Ints shifted_right(Ints a) {
+    return {a.v >> bits};
+}
 
 struct Floats {
     FloatVector v;
 };
+RELIT_INLINE Ints bits_of(Floats a) { return {(IntVector)a.v}; }
 RELIT_INLINE Floats broadcast(float a) { return {FloatVector{} + a}; }
 RELIT_INLINE Floats load(const float* p) { return {*(const UnalignedFloats*)p}; }
 RELIT_INLINE void store(float* p, Floats a) { *(UnalignedFloats*)p = a.v; }

@@ -6,7 +6,7 @@
 #include <immintrin.h>
 #endif
 
-#include "core/visibility/kernels/wide_vector.h"
+#include "core/base/wide/wide_vector.h"
 
 namespace relit::kernels {
 namespace {

@@ -2,7 +2,7 @@
 // shorts_vector.h for what each operation is to do.
 #pragma once
 
-#include "core/visibility/kernels/wide_avx512.h"
+#include "core/base/wide/wide_avx512.h"
 
 namespace relit::kernels {
 namespace {
