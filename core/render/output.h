@@ -16,6 +16,9 @@ enum class Layer {
     normal,        ///< 0.5 n + 0.5
     specular,      ///< s of the first light; an environment's weighted mean
     scatter,       ///< f of the first light; an environment's weighted mean
+    irradiance,    ///< E / pi of all lights, RGB: what a matt white surface would show
+    subsurface,    ///< what scattering below the surface sends to the viewer, RGB, before textures
+    highlight,     ///< k_h H of all lights, RGB
     height,        ///< h
     alpha,         ///< the mask
 };
@@ -54,7 +57,16 @@ struct PictureSize {
 
 /// Layers of one number per texel: pictures of one channel without alpha.
 [[nodiscard]] constexpr bool is_scalar(Layer layer) {
-    return layer != Layer::beauty && layer != Layer::normal;
+    switch (layer) {
+        case Layer::beauty:
+        case Layer::normal:
+        case Layer::irradiance:
+        case Layer::subsurface:
+        case Layer::highlight:
+            return false;
+        default:
+            return true;
+    }
 }
 
 }  // namespace relit

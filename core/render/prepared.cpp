@@ -1,21 +1,12 @@
 #include "core/render/prepared.h"
 
-#include <sstream>
+#include <cmath>
 
+#include "core/base/key.h"
 #include "core/field/normals.h"
 
 namespace relit {
 namespace {
-
-// A key of the parts that make a thing what it is.
-template <class... Parts>
-std::string key_of(const Parts&... parts) {
-    std::ostringstream key;
-    key.imbue(std::locale::classic());
-    key.precision(17);
-    ((key << parts << ' '), ...);
-    return key.str();
-}
 
 // From the cache, or made for this caller alone where there is none or the map has no key.
 template <class T, class Make>
@@ -47,6 +38,23 @@ Image slopes_of(const HeightField& field, double relief, const Executor& executo
             }
     });
     return slopes;
+}
+
+TransportSurface surface_of(const HeightField& field, const PreparedSolid& prepared,
+                            const RenderControl& control) {
+    const int width = field.width(), height = field.height();
+    TransportSurface surface{Image(width, height, 1), Image(width, height, 1)};
+    const double texel = 1.0 / width;
+    parallel_rows(control.executor, height, control.stop, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < width; ++i) {
+                surface.z.at(i, j) = prepared.solid.z.at(i + 1, j + 1);
+                if (!field.is_solid(i, j)) continue;
+                const double x = prepared.slopes.at(i, j, 0), y = prepared.slopes.at(i, j, 1);
+                surface.area.at(i, j) = float(texel * texel * std::sqrt(1 + x * x + y * y));
+            }
+    });
+    return surface;
 }
 
 }  // namespace
@@ -104,6 +112,37 @@ std::shared_ptr<const GatheredEnvironment> shared_environment_lights(const Envir
         key_of("environment-lights", int(light.weighting), sampling.max_texels, sampling.regions,
                sampling.parts, light.map_key),
         make);
+}
+
+std::shared_ptr<const TransportSurface> prepared_surface(const Scene& scene,
+                                                         const PreparedSolid& prepared,
+                                                         const RenderControl& control) {
+    const HeightField& field = *scene.field;
+    const std::string key = key_of("surface", scene.relief, field.shape_key);
+    return shared<TransportSurface>(control.cache, field, key, [&] {
+        auto made = std::make_shared<TransportSurface>(surface_of(field, prepared, control));
+        const std::uint64_t bytes = bytes_of(made->z) + bytes_of(made->area);
+        return SharedCache::Made<TransportSurface>{std::move(made), bytes};
+    });
+}
+
+std::shared_ptr<const Transport> prepared_transport(const Scene& scene,
+                                                    std::shared_ptr<const TransportSurface> surface,
+                                                    const CarryingKernel& kernel,
+                                                    TransportAccuracy accuracy,
+                                                    const RenderControl& control) {
+    const HeightField& field = *scene.field;
+    const std::string key = key_of("transport", kernel.name, int(accuracy), int(control.simd),
+                                   scene.relief, field.shape_key);
+    return shared<Transport>(control.cache, field, key, [&] {
+        const RadialProfile profiles[] = {kernel.profile(0), kernel.profile(1), kernel.profile(2)};
+        auto table =
+            std::make_shared<const RadialKernel>(profiles, surface->spacing(), surface->extent());
+        auto made = std::make_shared<const Transport>(surface, table, accuracy, control.executor,
+                                                      control.stop, control.simd);
+        const std::uint64_t bytes = made->bytes() + table->bytes();
+        return SharedCache::Made<Transport>{std::move(made), bytes};
+    });
 }
 
 PreparedSky prepared_sky(const Scene& scene, const Solid& solid, Rect part, bool preview,

@@ -2,12 +2,15 @@
 // For render().
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <stop_token>
+#include <string>
 
 #include "core/light/environment.h"
 #include "core/render/fringe.h"
 #include "core/render/render.h"
+#include "core/transport/transport.h"
 #include "core/visibility/inside_lengths.h"
 #include "core/visibility/sky_transfer.h"
 
@@ -39,6 +42,21 @@ struct PreparedSolid {
 /// An environment as lights. @param light  its map and weighting count
 [[nodiscard]] std::shared_ptr<const GatheredEnvironment> shared_environment_lights(
     const EnvironmentLight& light, EnvironmentSampling sampling, SharedCache* cache);
+
+/// The scene's surface as samples of its texels; those that are no material have no area.
+[[nodiscard]] std::shared_ptr<const TransportSurface> prepared_surface(
+    const Scene& scene, const PreparedSolid& prepared, const RenderControl& control);
+
+/// How light is carried below a surface: a profile per colour, in scene units.
+struct CarryingKernel {
+    std::string name;  ///< names the profiles, numbers and all, for a cache
+    std::function<RadialProfile(int colour)> profile;
+};
+
+/// What sums light over a scene's surface. @throws Error cancelled
+[[nodiscard]] std::shared_ptr<const Transport> prepared_transport(
+    const Scene& scene, std::shared_ptr<const TransportSurface> surface,
+    const CarryingKernel& kernel, TransportAccuracy accuracy, const RenderControl& control);
 
 /// What the light of a sky does to the texels of `part`.
 struct PreparedSky {

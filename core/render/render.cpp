@@ -128,6 +128,11 @@ void shade_tile(const Shader& shader, const HeightField& field, const Output& ou
         case Layer::scatter:
             shader.scatter(texels, numbers);
             break;
+        case Layer::irradiance:
+        case Layer::subsurface:
+        case Layer::highlight:
+            shader.surface_layer(texels, triples);
+            return store(pixels, triples);
         case Layer::height:
             fill(field.heights);
             break;
@@ -141,10 +146,6 @@ void shade_tile(const Shader& shader, const HeightField& field, const Output& ou
 // Layers that are stored, not shaded: every texel has its own number.
 bool is_stored(Layer layer) { return layer == Layer::height || layer == Layer::alpha; }
 
-EnvironmentSampling environment_sampling(const Output& output) {
-    return output.accuracy == Accuracy::preview ? preview_environment : final_environment;
-}
-
 // The lights of the scene that need not be summed sample by sample.
 SkyLights sky_lights(const Scene& scene, const Output& output, Rect part,
                      const PreparedSolid& prepared, const RenderControl& control) {
@@ -155,7 +156,9 @@ SkyLights sky_lights(const Scene& scene, const Output& output, Rect part,
     if (!beauty && !data) return {};
     // Texels of an alpha below one half have the colour of a texel that may lie anywhere.
     if (!scene.field->alpha.empty()) part = {0, 0, scene.field->width(), scene.field->height()};
-    const bool has_diffuse = beauty ? scene.material.specular.k < 1 : layer == Layer::illumination;
+    const bool has_diffuse = beauty
+                                 ? scene.material.specular.k < 1 && !scene.material.is_translucent()
+                                 : layer == Layer::illumination;
     SkyLights skies;
     for (const Light& light : scene.lights) {
         skies.emplace_back();
@@ -321,7 +324,7 @@ Image shade(const Scene& scene, const Output& output, Rect part, bool finish, co
     if (!field.alpha.empty() && !is_stored(layer)) nearest = nearest_solid(field, control.cache);
 
     Image image(part.width, part.height, channels_of(layer, field));
-    if (layer == Layer::beauty && field.alpha.empty() && !shader.sends_rays()) {
+    if (layer == Layer::beauty && field.alpha.empty() && shader.shades_rows()) {
         shade_rows(shader, output, part, finish, control, image);
         return image;
     }
@@ -381,9 +384,11 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
     auto prepared = prepared_solid(scene, control);
     SkyLights skies = sky_lights(scene, output, part, *prepared, control);
     coarse_directions = coarse_environment(scene, output, skies);
+    const TranslucentLight translucent = translucent_light(scene, output, *prepared, control);
+    if (translucent.coarse_directions > 0) coarse_directions = translucent.coarse_directions;
     Image image = shade(scene, output, part, finish,
                         {scene, output.transfer, environment_sampling(output), control,
-                         std::move(skies), std::move(prepared)},
+                         std::move(skies), std::move(prepared), &translucent},
                         control);
     if (output.layer == Layer::thickness && !output.linear) cut_thickness(image);
     const Rect window_in_part{window.x - part.x, window.y - part.y, window.width, window.height};

@@ -9,7 +9,9 @@
 
 #include "core/base/rect.h"
 #include "core/render/prepared.h"
-#include "core/render/sky_light.h"
+#include "core/render/ray_tile.h"
+#include "core/render/scene_lights.h"
+#include "core/render/translucent_light.h"
 
 namespace relit {
 
@@ -22,18 +24,24 @@ class Shader {
 public:
     /// @param skies  in place of the samples of some lights: one per light, null where there is none
     /// @param prepared  prepared_solid() of the scene; null: it is asked for here
+    /// @param translucent  translucent_light() of the scene and the layer that is asked for; null: of
+    ///                     another layer than it is for
     Shader(const Scene& scene, Transfer transfer, EnvironmentSampling sampling,
            const RenderControl& control, SkyLights skies = {},
-           std::shared_ptr<const PreparedSolid> prepared = nullptr);
+           std::shared_ptr<const PreparedSolid> prepared = nullptr,
+           const TranslucentLight* translucent = nullptr);
 
     /// Whether beauty() and illumination() send rays out.
-    [[nodiscard]] bool sends_rays() const { return !samples_.empty() || !suns_.empty(); }
+    [[nodiscard]] bool sends_rays() const {
+        return !lights_.samples.empty() || !lights_.suns.empty();
+    }
+    /// Whether beauty_row() does what beauty() does.
+    [[nodiscard]] bool shades_rows() const { return !sends_rays() && !is_translucent(); }
 
     /// c of section 5: (1 - k_s) c_B + sum over lights of w E. All reds first, then greens, blues.
     void beauty(std::span<const TexelIndex> texels, const std::stop_token& stop,
                 std::span<float> rgb) const;
-    /// The same for `count` texels of row j from column i on, three numbers a texel. @pre no rays are
-    /// sent
+    /// The same for `count` texels of row j from column i on, three numbers a texel. @pre shades_rows()
     void beauty_row(int i, int j, int count, std::span<float> rgb) const;
     /// Weighted mean of d over the first light's samples.
     void illumination(std::span<const TexelIndex> texels, const std::stop_token& stop,
@@ -44,21 +52,21 @@ public:
     void specular(std::span<const TexelIndex> texels, std::span<float> s) const;
     /// Weighted mean of f over the first light's samples.
     void scatter(std::span<const TexelIndex> texels, std::span<float> f) const;
+    /// The layer of TranslucentLight. All reds first, then greens, blues.
+    void surface_layer(std::span<const TexelIndex> texels, std::span<float> rgb) const;
     /// Unit normal with normalScale. All x first, then y, z.
     void normal(std::span<const TexelIndex> texels, std::span<float> xyz) const;
 
 private:
-    struct Directions;
+    [[nodiscard]] bool is_translucent() const { return scene_.material.is_translucent(); }
     struct Mirrored;
-    struct Sums;
     [[nodiscard]] Vec3 start(TexelIndex at) const;  // p'
     [[nodiscard]] Vec3 normal(TexelIndex at) const;
-    void add_skies(std::span<const TexelIndex> texels, bool is_glossy, Sums& diffuse,
-                   Sums& glossy) const;
+    void add_skies(std::span<const TexelIndex> texels, bool is_glossy, TileSums& diffuse,
+                   TileSums& glossy) const;
     [[nodiscard]] RayTile starts(std::span<const TexelIndex> texels) const;
-    void prefetch_next(const RayTile& tile) const;
+    void prefetch_next(TexelIndex at) const;
     void sink(std::span<const TexelIndex> texels, RayTile& tile) const;
-    void load_slopes(std::span<const TexelIndex> texels, float scale, float* x, float* y) const;
     void illuminate(const LightSample& sample, std::span<const TexelIndex> texels,
                     const RayTile& tile, std::span<float> d) const;
     void fill_matt_share(const LightSample& sample, const RayTile& tile,
@@ -72,11 +80,8 @@ private:
     std::shared_ptr<const PreparedSolid> prepared_;
     const Solid& solid_;
     const PacketSolid& packets_;
-    std::vector<LightSample> samples_;  // of all lights, in the scene's order
-    std::size_t first_light_samples_;   // how many of them are the first light's
-    SkyLights skies_;
-    std::vector<LightSample> suns_;        // of the skies
-    const SkyLight* first_sky_ = nullptr;  // the first light, if it is one
+    const TranslucentLight* translucent_;
+    SceneLights lights_;
     Rgb base_, diffuse_, specular_;
 };
 

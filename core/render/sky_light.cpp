@@ -68,11 +68,9 @@ std::vector<LightSample> taken_suns(std::vector<LightSample>& samples) {
     return suns;
 }
 
-}  // namespace
-
-HighlightTable::HighlightTable(const std::vector<LightSample>& samples, Falloff falloff,
-                               const RenderControl& control)
-    : size_(table_size(falloff)), sums_(std::size_t(size_) * size_) {
+// Sums of s times radiance by normal, s as specular_factor() has it, as fine as the falloff is sharp.
+std::unique_ptr<const NormalTable> highlight_table(const std::vector<LightSample>& samples,
+                                                   Falloff falloff, const RenderControl& control) {
     struct Part {
         float x, y, z, r, g, b;
     };
@@ -87,6 +85,27 @@ HighlightTable::HighlightTable(const std::vector<LightSample>& samples, Falloff 
         for (const SamplePart& part : sample.parts) add(part.at, part.radiance);
     }
     const float lo = float(falloff.lo), inverse = float(1 / (falloff.hi - falloff.lo));
+    const auto sum_at = [&](Vec3 n) -> Rgb {
+        const float mx = float(2 * n.z * n.x), my = float(2 * n.z * n.y),
+                    mz = float(2 * n.z * n.z - 1);
+        float r = 0, g = 0, b = 0;
+        for (const Part& part : parts) {
+            const float c = mx * part.x + my * part.y + mz * part.z;
+            const float s = std::min(std::max((c - lo) * inverse, 0.0f), 1.0f);
+            r += s * part.r;
+            g += s * part.g;
+            b += s * part.b;
+        }
+        return {r, g, b};
+    };
+    return std::make_unique<const NormalTable>(table_size(falloff), sum_at, control);
+}
+
+}  // namespace
+
+NormalTable::NormalTable(int size, const std::function<Rgb(Vec3)>& colour_of,
+                         const RenderControl& control)
+    : size_(size), colours_(std::size_t(size) * size) {
     parallel_rows(control.executor, size_, control.stop, [&](RowRange rows) {
         for (int q = rows.begin; q < rows.end; ++q)
             for (int p = 0; p < size_; ++p) {
@@ -96,24 +115,15 @@ HighlightTable::HighlightTable(const std::vector<LightSample>& samples, Falloff 
                 if (out > 1 + 2 * step) continue;  // no normal is near
                 if (out > 1) x /= out, y /= out;
                 const double z = std::sqrt(std::max(0.0, 1 - x * x - y * y));
-                const float mx = float(2 * z * x), my = float(2 * z * y), mz = float(2 * z * z - 1);
-                float r = 0, g = 0, b = 0;
-                for (const Part& part : parts) {
-                    const float c = mx * part.x + my * part.y + mz * part.z;
-                    const float s = std::min(std::max((c - lo) * inverse, 0.0f), 1.0f);
-                    r += s * part.r;
-                    g += s * part.g;
-                    b += s * part.b;
-                }
-                sums_[std::size_t(q) * size_ + p] = {r, g, b};
+                colours_[std::size_t(q) * size_ + p] = colour_of({x, y, z});
             }
     });
 }
 
-Rgb HighlightTable::at(Vec3 normal) const {
+Rgb NormalTable::at(Vec3 normal) const {
     const double x = 0.5 * (normal.x + 1) * (size_ - 1), y = 0.5 * (normal.y + 1) * (size_ - 1);
     const int i = std::clamp(int(x), 0, size_ - 2), j = std::clamp(int(y), 0, size_ - 2);
-    const Rgb* lower = &sums_[std::size_t(j) * size_ + i];
+    const Rgb* lower = &colours_[std::size_t(j) * size_ + i];
     return (1 - (y - j)) * interpolated(lower, x - i) +
            (y - j) * interpolated(lower + size_, x - i);
 }
@@ -147,9 +157,7 @@ SkyLight::SkyLight(const Scene& scene, const EnvironmentLight& light, const Prep
         scatter_ =
             scatter_ + scatter_factor(sample.at, scene.material.scatter.falloff) * sample.radiance;
     }
-    if (glossy)
-        highlights_ = std::make_unique<const HighlightTable>(
-            samples, scene.material.specular.falloff, control);
+    if (glossy) highlights_ = highlight_table(samples, scene.material.specular.falloff, control);
     if (sum == Sum::colours && has_diffuse) suns_ = taken_suns(samples);
     if (has_diffuse)
         prepare_diffuse(scene, prepared.solid, samples,

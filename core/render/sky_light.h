@@ -3,6 +3,7 @@
 // integrated model, sections 5 and 6.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -12,21 +13,21 @@
 
 namespace relit {
 
-/// Sums of s times radiance by normal, s as specular_factor() has it: a grid over the normal's x and
-/// y, on which the mirrored directions lie evenly (it is their equal-area map), as fine as the
-/// falloff is sharp.
-class HighlightTable {
+/// A colour by normal: a grid over the normal's x and y, on which mirrored views lie evenly (it is
+/// their equal-area map).
+class NormalTable {
 public:
-    /// @param samples  at infinity
+    /// @param size  grid points from -1 to 1, at least 2
+    /// @param colour_of  of a unit normal, z >= 0; called from the executor's threads
     /// @throws Error cancelled
-    HighlightTable(const std::vector<LightSample>& samples, Falloff falloff,
-                   const RenderControl& control);
+    NormalTable(int size, const std::function<Rgb(Vec3)>& colour_of, const RenderControl& control);
 
+    /// Bilinear. @param normal  unit, z >= 0
     [[nodiscard]] Rgb at(Vec3 normal) const;
 
 private:
-    int size_;  // grid points from -1 to 1
-    std::vector<Rgb> sums_;
+    int size_;
+    std::vector<Rgb> colours_;
 };
 
 class SkyLight {
@@ -79,7 +80,7 @@ private:
     int coarse_directions_ = 0;
     std::vector<LightSample> suns_;
     StoredSky sky_;
-    std::unique_ptr<const HighlightTable> highlights_;
+    std::unique_ptr<const NormalTable> highlights_;
     Rgb scatter_;
 };
 

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::string_view jensen = "Jensen et al. 2001";
 constexpr std::string_view narasimhan = "Narasimhan et al. 2006";
+constexpr std::string_view hanrahan = "Hanrahan and Krueger 1993";
 
 // Jensen, Marschner, Levoy, Hanrahan 2001, "A practical model for subsurface light transport",
 // table 1: sigma_s' and sigma_a.
@@ -26,6 +27,16 @@ constexpr NamedMedium liquid(std::string_view name, std::string_view title,
                              std::array<double, 3> sigma_s, std::array<double, 3> sigma_a,
                              std::array<double, 3> g) {
     return {name, title, narasimhan, {sigma_a, sigma_s, g, 1.33}};
+}
+
+// Hanrahan and Krueger 1993, table 2: one layer of skin, the same for all colours. The index is stated as 1.37
+// to 1.5; 1.4 is taken.
+constexpr NamedMedium skin_layer(std::string_view name, std::string_view title, double sigma_s,
+                                 double sigma_a, double g) {
+    return {name,
+            title,
+            hanrahan,
+            {{sigma_a, sigma_a, sigma_a}, {sigma_s, sigma_s, sigma_s}, {g, g, g}, 1.4}};
 }
 
 // clang-format off
@@ -58,6 +69,8 @@ constexpr NamedMedium media[] = {
            {4.66325, 5.20183, 8.74575}, {0.00192, 0.00958, 0.06517}, {0.873, 0.858, 0.832}),
     liquid("white-grapefruit-juice", "White grapefruit juice",
            {0.50499, 0.52742, 0.75282}, {0.01380, 0.01883, 0.05678}, {0.548, 0.545, 0.565}),
+    skin_layer("dermis", "Dermis", 21.7, 0.3, 0.81),
+    skin_layer("epidermis", "Epidermis", 50.0, 3.8, 0.79),
 };
 // clang-format on
 

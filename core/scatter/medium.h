@@ -17,6 +17,8 @@ struct Medium {
     std::array<double, 3> sigma_s{};  ///< scattering, 1/mm
     std::array<double, 3> g{};        ///< mean cosine of the phase function
     double eta = 1.3;                 ///< index of refraction inside over outside
+
+    friend bool operator==(const Medium&, const Medium&) = default;
 };
 
 /// Of one colour, in inverses of any unit of length; all lengths that follow are in that unit.

@@ -13,11 +13,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-constexpr LayerPreset presets[] = {
-    {"epidermis", {.sigma_a = 3.8, .sigma_s = 50.0, .g = 0.79, .eta = 1.4}, 0.01, 0.1},
-    {"dermis", {.sigma_a = 0.3, .sigma_s = 21.7, .g = 0.81, .eta = 1.4}, 0.6, 3},
-};
-
 // A direction outside, at one of the boundaries, and what it is inside.
 struct Crossing {
     double let_through = 0;  // T
@@ -171,7 +166,5 @@ double LayerTable::at(const Column& column, double cos_i) {
     const int i = std::min(int(place), steps - 1);
     return column[i] + (place - i) * (column[i + 1] - column[i]);
 }
-
-std::span<const LayerPreset> layer_presets() { return presets; }
 
 }  // namespace relit::scatter

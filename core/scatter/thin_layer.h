@@ -75,15 +75,4 @@ private:
     Column transmitted_;
 };
 
-/// A layer of skin, by the literature that HK93 takes it from.
-struct LayerPreset {
-    std::string_view name;
-    Coefficients coefficients;  ///< 1/mm
-    double thinnest = 0;        ///< mm
-    double thickest = 0;        ///< mm
-};
-
-/// "epidermis" and "dermis"; the index is stated as 1.37 to 1.5, 1.4 is taken.
-[[nodiscard]] std::span<const LayerPreset> layer_presets();
-
 }  // namespace relit::scatter

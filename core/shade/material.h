@@ -1,12 +1,25 @@
-// What the solid is made of: the integrated model's parameters, plain data with the defaults of the
-// interface. Source: integrated model, sections 2, 4 and 5.
+// What the solid is made of: the parameters of all material models, plain data with the defaults of
+// the interface. Sources: integrated model, sections 2, 4 and 5; translucency, sections 1, 2 and 5.
 #pragma once
 
+#include <optional>
+
 #include "core/image/colour.h"
+#include "core/scatter/lobes.h"
+#include "core/scatter/medium.h"
 
 namespace relit {
 
-/// Which d is made of r (section 2).
+/// How light becomes colour.
+enum class Model {
+    integrated,            ///< Perumal 2017: d of one path
+    dipole,                ///< Jensen and others 2001
+    better_dipole,         ///< d'Eon 2012
+    directional_dipole,    ///< Frisvad and others 2014
+    normalised_diffusion,  ///< Christensen and Burley 2015
+};
+
+/// Which d is made of r (section 2 of the integrated model).
 enum class Illumination {
     length,       ///< min(1, t / r)
     exponential,  ///< exp(-a max(0, r - t))
@@ -36,7 +49,31 @@ struct Scatter {
     Falloff falloff;
 };
 
+/// A thin layer on the surface (translucency, section 6).
+struct Film {
+    scatter::Medium medium = scatter::find_medium("epidermis")->medium;
+    double thickness = 0.01;    ///< mm, > 0
+    std::optional<double> g{};  ///< in place of the medium's, in (-1, 1)
+};
+
+/// Where the light of a highlight enters.
+enum class HighlightTransport {
+    local,       ///< where it leaves: an ordinary highlight
+    subsurface,  ///< all around, carried below the surface (translucency, section 5.2)
+};
+
+/// A highlight of the translucent models (translucency, section 5).
+struct Highlight {
+    scatter::LobeKind lobe = scatter::LobeKind::ward;
+    HighlightTransport transport = HighlightTransport::subsurface;
+    double k = 0;  ///< k_h, >= 0
+    double n_t = 10;
+    double n_b = 10;
+    double exponent = 10;  ///< of the lobes cosine and lafortune
+};
+
 struct Material {
+    Model model = Model::integrated;
     Colour base_colour = hex_colour(0, 0, 0);            ///< c_B
     Colour diffuse_colour = hex_colour(255, 255, 255);   ///< c_D
     Colour specular_colour = hex_colour(255, 255, 255);  ///< c_S
@@ -47,6 +84,15 @@ struct Material {
     int steps = 100;          ///< S of `count`, >= 1
     Specular specular;
     Scatter scatter;
+    // Of the translucent models.
+    scatter::Medium medium = scatter::find_medium("marble")->medium;
+    double mm_per_width = 80;   ///< what a scene unit is, > 0
+    double bssrdf_weight = 1;   ///< wBssrdf, >= 0 (section 2.4)
+    double diffuse_weight = 0;  ///< wDiffuse, >= 0
+    std::optional<Film> film{};
+    Highlight highlight;
+
+    [[nodiscard]] bool is_translucent() const { return model != Model::integrated; }
 };
 
 }  // namespace relit

@@ -5,6 +5,7 @@
 #include "server/routes/query.h"
 #include "server/routes/routes.h"
 #include "server/schema/capabilities_json.h"
+#include "server/schema/media_json.h"
 #include "server/schema/openapi.h"
 #include "server/schema/presets.h"
 #include "server/schema/samples_json.h"
@@ -29,6 +30,8 @@ Reply text_reply(const Request& request, std::string text) {
 Reply get_presets(const Request& request, Services&) { return text_reply(request, presets_json()); }
 
 Reply get_samples(const Request& request, Services&) { return text_reply(request, samples_json()); }
+
+Reply get_media(const Request& request, Services&) { return text_reply(request, media_json()); }
 
 Reply get_capabilities(const Request& request, Services& services) {
     return text_reply(request, capabilities_json(version(), services.limits));

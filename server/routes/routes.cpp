@@ -41,6 +41,7 @@ std::vector<Route> routes(const Limits& limits) {
          "max-body-bytes"},
         {"GET", "/v1/presets", get_presets, Scope::read},
         {"GET", "/v1/samples", get_samples, Scope::read},
+        {"GET", "/v1/media", get_media, Scope::read},
         {"GET", "/v1/capabilities", get_capabilities, Scope::read},
         {"GET", "/v1/version", get_version, Scope::open},
         {"GET", "/openapi.json", get_openapi, Scope::open},

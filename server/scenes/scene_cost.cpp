@@ -15,6 +15,8 @@ namespace {
 // at infinity takes as long as 12 samples of it.
 constexpr double rays_per_step = 0.5;
 constexpr double transfer_samples = 12;
+// Carrying light below a surface, all colours together.
+constexpr double final_transport = 150, preview_transport = 20;
 constexpr double usual_texels = 1 << 20;
 
 // A factor of the cost and the field it comes from.
@@ -48,12 +50,21 @@ Light light_of(const SceneDescription& scene, const LightDescription& descriptio
     return {double((preview ? preview_environment : final_environment).regions), field};
 }
 
+// Whether all lights are looked at from all of the map, for what is carried below its surface.
+bool shows_light_below(const SceneDescription& scene) {
+    const Layer layer = scene.output.picture.layer;
+    if (layer == Layer::irradiance || layer == Layer::subsurface || layer == Layer::highlight)
+        return true;
+    return layer == Layer::beauty && scene.material.is_translucent();
+}
+
 // What all lights of the layer take together.
 Factor lights_of(const SceneDescription& scene, bool is_noise) {
     const Layer layer = scene.output.picture.layer;
     if (layer == Layer::normal || layer == Layer::height || layer == Layer::alpha)
         return {.times = 0, .field = "/output/layer"};
-    const std::size_t count = layer == Layer::beauty ? scene.lights.size() : 1;  // else the first
+    const bool of_all = layer == Layer::beauty || shows_light_below(scene);  // else of the first
+    const std::size_t count = of_all ? scene.lights.size() : 1;
     Factor all{.times = 0, .field = "/lights"};
     Light heaviest;
     for (std::size_t i = 0; i < count; ++i) {
@@ -63,6 +74,22 @@ Factor lights_of(const SceneDescription& scene, bool is_noise) {
     }
     if (heaviest.samples > all.times / 2 && !heaviest.field.empty()) all.field = heaviest.field;
     return all;
+}
+
+// What carries light below the surface takes.
+Factor transport_of(const SceneDescription& scene) {
+    const Material& m = scene.material;
+    const Layer layer = scene.output.picture.layer;
+    const bool is_carried =
+        m.highlight.k > 0 && m.highlight.transport == HighlightTransport::subsurface;
+    const bool diffuses =
+        layer == Layer::subsurface || (layer == Layer::beauty && m.bssrdf_weight > 0);
+    const bool shines = (layer == Layer::highlight || layer == Layer::beauty) && is_carried;
+    if (!shows_light_below(scene) || !m.is_translucent()) return {.times = 0, .field = {}};
+    const bool preview = scene.output.picture.accuracy == Accuracy::preview;
+    return {
+        .times = (int(diffuses) + int(shines)) * (preview ? preview_transport : final_transport),
+        .field = "/material/model"};
 }
 
 // A count is as dear as its steps are many; a march that solves for its crossings knows none.
@@ -75,10 +102,13 @@ Factor texels_of(const SceneDescription& scene, int map_width, int map_height) {
     const Output& output = scene.output.picture;
     const PictureSize size = picture_size(output, map_width, map_height);
     const Rect part = output.region.value_or(Rect{0, 0, map_width, map_height});
-    const double texels = double(part.width) * part.height;
+    const bool of_all = shows_light_below(scene);
+    const double texels =
+        of_all ? double(map_width) * map_height : double(part.width) * part.height;
     const double pixels = double(size.width) * size.height;
-    return {.times = output.accuracy == Accuracy::preview ? std::min(texels, pixels) : texels,
-            .field = output.region ? "/output/region" : "/height"};
+    const bool is_smaller = output.accuracy == Accuracy::preview && !(of_all && output.region);
+    return {.times = is_smaller ? std::min(texels, pixels) : texels,
+            .field = output.region && !of_all ? "/output/region" : "/height"};
 }
 
 // Resampling and writing, where a picture is larger than what it is made of.
@@ -93,7 +123,10 @@ Factor pixels_of(const SceneDescription& scene, int map_width, int map_height) {
 
 SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height, bool is_noise) {
     const Factor texels = texels_of(scene, map_width, map_height);
-    const Factor lights = lights_of(scene, is_noise), steps = steps_of(scene.material);
+    Factor lights = lights_of(scene, is_noise);
+    const Factor transport = transport_of(scene), steps = steps_of(scene.material);
+    if (transport.times > lights.times) lights.field = transport.field;
+    lights.times += transport.times;
     const Factor pixels = pixels_of(scene, map_width, map_height);
     const double marched = texels.times * lights.times * steps.times;
     const double added = pixels.times > texels.times ? pixels.times : 0;

@@ -76,6 +76,17 @@ OrderedJson colour_schema() {
                                           }()})}};
 }
 
+OrderedJson medium_schema() {
+    OrderedJson names = OrderedJson::array();
+    for (const scatter::NamedMedium& medium : scatter::measured_media())
+        names.push_back(medium.name);
+    FieldSchema numbers(1);
+    const scatter::Medium medium{.sigma_a = {}, .sigma_s = {}, .g = {}, .eta = 1.3};
+    medium_fields(numbers, medium);
+    return {{"oneOf", OrderedJson::array(
+                          {{{"type", "string"}, {"enum", std::move(names)}}, numbers.schema()})}};
+}
+
 OrderedJson preset_schema() {
     OrderedJson names = OrderedJson::array();
     for (const PresetInfo& preset : preset_list()) names.push_back(preset.name);
@@ -112,6 +123,10 @@ public:
             fields(below, member);
         } else if constexpr (Like<T, ImageSource> || Like<T, std::optional<ImageSource>>) {
             add(path + ".image", OrderedJson{{"type", "string"}}, sentence);
+        } else if constexpr (Like<T, std::optional<Film>>) {
+            FlatFields below(path + ".", list_);
+            const Film film;
+            fields(below, film);
         } else {
             OrderedJson schema = described(member, rule);
             if constexpr (has_default<T, Rule>) schema["default"] = written(member, rule);
@@ -197,6 +212,16 @@ OrderedJson described(const std::optional<Rect>&, Any) {
                     {"minItems", 4},
                     {"maxItems", 4}});
 }
+OrderedJson described(const std::array<double, 3>&, Range range) {
+    return list_of(number_in("number", range), 3);
+}
+OrderedJson described(const std::array<double, 3>& value, RequiredIn rule) {
+    return described(value, rule.range);
+}
+OrderedJson described(const scatter::Medium&, Any) { return reference("Medium"); }
+OrderedJson described(const std::optional<Film>&, Any) {
+    return or_null(FieldSchema::of(Film{}, 1));
+}
 OrderedJson described(const ImageSource&, Required) { return reference("Image"); }
 OrderedJson described(const std::optional<ImageSource>&, Any) {
     return or_null(reference("Image"));
@@ -230,7 +255,8 @@ OrderedJson scene_schemas(int max_lights) {
             {"DirectionalLight", directional_light_schema()},
             {"EnvironmentLight", light_schema<EnvironmentDescription>()},
             {"Image", image_schema()},
-            {"Color", colour_schema()}};
+            {"Color", colour_schema()},
+            {"Medium", medium_schema()}};
 }
 
 std::vector<FlatField> flat_fields() {

@@ -26,6 +26,10 @@ OrderedJson described(const Colour& value, Any);
 OrderedJson described(const std::optional<Colour>& value, Any);
 OrderedJson described(const Base& value, Range range);
 OrderedJson described(const std::optional<Rect>& value, Any);
+OrderedJson described(const std::array<double, 3>& value, Range range);
+OrderedJson described(const std::array<double, 3>& value, RequiredIn rule);
+OrderedJson described(const scatter::Medium& value, Any);
+OrderedJson described(const std::optional<Film>& value, Any);
 OrderedJson described(const ImageSource& value, Required);
 OrderedJson described(const std::optional<ImageSource>& value, Any);
 
@@ -45,7 +49,7 @@ concept HasRows = requires(Writer& writer, const T& value) {
 /// Has a field that is not there one value that could be written instead? Not where it must be
 /// there, nor a direction, which stands in place of angles.
 template <class T, class Rule>
-constexpr bool has_default = !std::same_as<Rule, Required> && !Like<T, std::optional<Vec3>>;
+constexpr bool has_default = !is_required<Rule> && !Like<T, std::optional<Vec3>>;
 
 /// Collects the fields of one object.
 class FieldSchema {
@@ -56,7 +60,7 @@ public:
     void operator()(std::string_view name, const T& member, const Rule& rule,
                     std::string_view sentence) {
         const std::string key(name);
-        if constexpr (std::same_as<Rule, Required>) required.push_back(key);
+        if constexpr (is_required<Rule>) required.push_back(key);
         OrderedJson& schema = properties[key];
         if constexpr (HasRows<T>) {
             schema = of(member, max_lights_);

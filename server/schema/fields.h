@@ -40,6 +40,12 @@ struct RangeOrWord {
 struct Any {};
 /// As Any, and the field must be there.
 struct Required {};
+/// Numbers in the range, and the field must be there.
+struct RequiredIn {
+    Range range;
+};
+template <class Rule>
+inline constexpr bool is_required = std::same_as<Rule, Required> || std::same_as<Rule, RequiredIn>;
 
 template <class T>
 struct Choice {
@@ -53,6 +59,25 @@ Choice(const char*, T) -> Choice<T>;
 template <class T>
 constexpr auto choices_of();
 
+template <>
+constexpr auto choices_of<Model>() {
+    return std::array{Choice{"integrated", Model::integrated}, Choice{"dipole", Model::dipole},
+                      Choice{"better-dipole", Model::better_dipole},
+                      Choice{"directional-dipole", Model::directional_dipole},
+                      Choice{"normalised-diffusion", Model::normalised_diffusion}};
+}
+template <>
+constexpr auto choices_of<scatter::LobeKind>() {
+    return std::array{Choice{"cosine", scatter::LobeKind::cosine},
+                      Choice{"ward", scatter::LobeKind::ward},
+                      Choice{"ashikhmin", scatter::LobeKind::ashikhmin},
+                      Choice{"lafortune", scatter::LobeKind::lafortune}};
+}
+template <>
+constexpr auto choices_of<HighlightTransport>() {
+    return std::array{Choice{"local", HighlightTransport::local},
+                      Choice{"subsurface", HighlightTransport::subsurface}};
+}
 template <>
 constexpr auto choices_of<Illumination>() {
     return std::array{Choice{"length", Illumination::length},
@@ -75,11 +100,17 @@ constexpr auto choices_of<PictureFormat>() {
 }
 template <>
 constexpr auto choices_of<Layer>() {
-    return std::array{
-        Choice{"beauty", Layer::beauty},       Choice{"illumination", Layer::illumination},
-        Choice{"thickness", Layer::thickness}, Choice{"normal", Layer::normal},
-        Choice{"specular", Layer::specular},   Choice{"scatter", Layer::scatter},
-        Choice{"height", Layer::height},       Choice{"alpha", Layer::alpha}};
+    return std::array{Choice{"beauty", Layer::beauty},
+                      Choice{"illumination", Layer::illumination},
+                      Choice{"thickness", Layer::thickness},
+                      Choice{"normal", Layer::normal},
+                      Choice{"specular", Layer::specular},
+                      Choice{"scatter", Layer::scatter},
+                      Choice{"irradiance", Layer::irradiance},
+                      Choice{"subsurface", Layer::subsurface},
+                      Choice{"highlight", Layer::highlight},
+                      Choice{"height", Layer::height},
+                      Choice{"alpha", Layer::alpha}};
 }
 template <>
 constexpr auto choices_of<Accuracy>() {
@@ -162,8 +193,47 @@ void fields(V& v, S& scatter) {
       "Cosines between view and light's travel where forward scattering begins and is full.");
 }
 
+/// The rows of a medium that is given by its numbers; it may be given by a name as well.
+template <class V, Like<scatter::Medium> M>
+void medium_fields(V& v, M& medium) {
+    v("sigmaA", medium.sigma_a, RequiredIn{from_to(0, 10000)},
+      "Absorption coefficient per mm, of red, green and blue.");
+    v("sigmaS", medium.sigma_s, RequiredIn{from_to(1e-6, 10000)},
+      "Scattering coefficient per mm, of red, green and blue.");
+    v("g", medium.g, from_to(-0.99, 0.99),
+      "Mean cosine of the scattering angle: 0 = even, positive = forward.");
+    v("eta", medium.eta, from_to(1, 3), "Refractive index beside the outside's.");
+}
+
+template <class V, Like<Film> F>
+void fields(V& v, F& film) {
+    v("medium", film.medium, Any{}, "What the film is made of: a measured medium, or its numbers.");
+    v("thickness", film.thickness, above(0, 100), "mm.");
+    v("g", film.g, RangeOrNull{from_to(-0.99, 0.99)},
+      "Mean cosine of the scattering angle in place of the medium's; null: the medium's.");
+}
+
+template <class V, Like<Highlight> H>
+void fields(V& v, H& highlight) {
+    v("lobe", highlight.lobe, Any{},
+      "Shape: a power of the cosine about the mirrored direction, or the lobes of Ward, "
+      "Ashikhmin and Shirley, or Lafortune.");
+    v("transport", highlight.transport, Any{},
+      "local: light leaves where it enters; subsurface: it is carried below the surface, with "
+      "exp(-extinction x distance).");
+    v("k", highlight.k, from_to(0, 1000), "How much of it is added, times the light's colour.");
+    v("nt", highlight.n_t, from_to(-1000, 10000),
+      "Sharpness along the tangent; of lafortune the tangent's coefficient.");
+    v("nb", highlight.n_b, from_to(-1000, 10000),
+      "Sharpness along the bitangent; of lafortune the bitangent's coefficient.");
+    v("exponent", highlight.exponent, from_to(0, 10000), "Of the lobes cosine and lafortune.");
+}
+
 template <class V, Like<Material> M>
 void fields(V& v, M& m) {
+    v("model", m.model, Any{},
+      "How light becomes colour: the integrated model of one path, or subsurface scattering by a "
+      "dipole (standard, better, directional) or by normalised diffusion.");
     v("baseColor", m.base_colour, Any{}, "Colour where no light arrives.");
     v("diffuseColor", m.diffuse_colour, Any{},
       "Colour of diffuse light; the albedo multiplies it.");
@@ -182,6 +252,16 @@ void fields(V& v, M& m) {
     v("steps", m.steps, from_to(1, 10000), "Samples along the path, for count.");
     v("specular", m.specular, Any{}, "Highlights.");
     v("scatter", m.scatter, Any{}, "Forward scattering of light from behind.");
+    v("medium", m.medium, Any{},
+      "What the solid is made of, for the models of subsurface scattering: a measured medium "
+      "(GET /v1/media), or its numbers.");
+    v("mmPerWidth", m.mm_per_width, above(0, 1e6),
+      "Width of the map in mm: a small thing is more translucent than a large one.");
+    v("bssrdfWeight", m.bssrdf_weight, from_to(0, 1000), "Weight of subsurface scattering.");
+    v("diffuseWeight", m.diffuse_weight, from_to(0, 1000),
+      "Weight of matt reflection (Lambert) beside it.");
+    v("film", m.film, Any{}, "Thin layer on the surface; null: none.");
+    v("highlight", m.highlight, Any{}, "Highlights of the models of subsurface scattering.");
 }
 
 template <class V, Like<OutputDescription> O>

@@ -72,6 +72,86 @@ constexpr Preset presets[] = {
                     "color": [0.45, 0.6, 1]}],
         "material": {"depth": 0.003, "diffuseColor": "#b9a98a"}
     })"},
+    // Subsurface scattering, from measured media where there is one. Sizes: a thing to hold in a hand.
+    {{"translucent-marble", "Marble as measured: light enters it, spreads and comes out around."},
+     R"({
+        "base": "none",
+        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 1.6},
+        "material": {"model": "dipole", "medium": "marble", "mmPerWidth": 60, "depth": 0.004,
+                     "highlight": {"lobe": "ward", "k": 0.12, "nt": 12, "nb": 12}}
+    })"},
+    {{"translucent-skin", "Skin as measured: red edges where shadow begins, a soft sheen."}, R"({
+        "base": "none", "relief": 0.25,
+        "light": {"type": "directional", "azimuth": 315, "elevation": 35, "intensity": 2.2},
+        "material": {"model": "better-dipole", "medium": "skin2", "mmPerWidth": 160, "depth": 0.004,
+                     "highlight": {"lobe": "ashikhmin", "k": 0.6, "nt": 8, "nb": 8,
+                                   "transport": "local"}}
+    })"},
+    {{"whole-milk", "Whole milk, set like cream: white and soft, hardly a shadow."}, R"({
+        "base": "none",
+        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 1.5},
+        "material": {"model": "dipole", "medium": "whole-milk", "mmPerWidth": 40, "depth": 0.004}
+    })"},
+    {{"skim-milk", "Skim milk: thinner, bluish in the light and warm in the shade."}, R"({
+        "base": "none",
+        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 1.6},
+        "material": {"model": "dipole", "medium": "skim-milk", "mmPerWidth": 40, "depth": 0.004}
+    })"},
+    {{"translucent-jade",
+      "Jade-like stone: green light deep inside, a highlight carried below it."},
+     R"({
+        "base": "none", "relief": 0.2,
+        "light": {"type": "directional", "azimuth": 300, "elevation": 25, "intensity": 2.4},
+        "material": {"model": "dipole", "mmPerWidth": 30, "depth": 0.004,
+                     "medium": {"sigmaA": [0.06, 0.004, 0.03], "sigmaS": [1.1, 1.3, 1.2],
+                                "eta": 1.6},
+                     "highlight": {"lobe": "ward", "k": 0.3, "nt": 20, "nb": 20,
+                                   "transport": "local"}}
+    })"},
+    {{"translucent-wax", "Candle wax-like: yellow to red with depth, no hard edge anywhere."}, R"({
+        "base": "none", "relief": 0.2,
+        "light": {"type": "directional", "azimuth": 315, "elevation": 25, "intensity": 2},
+        "material": {"model": "dipole", "mmPerWidth": 40, "depth": 0.004,
+                     "medium": {"sigmaA": [0.003, 0.012, 0.08], "sigmaS": [1.3, 1.5, 1.7],
+                                "eta": 1.45}}
+    })"},
+    {{"chocolate-milk", "Chocolate milk as measured, set like a pudding."}, R"({
+        "base": "none",
+        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 2.2},
+        "material": {"model": "dipole", "medium": "chocolate-milk-regular", "mmPerWidth": 60,
+                     "depth": 0.004,
+                     "highlight": {"lobe": "ward", "k": 0.15, "nt": 20, "nb": 20,
+                                   "transport": "local"}}
+    })"},
+    {{"ketchup", "Ketchup as measured: deep red, glossy."}, R"({
+        "base": "none",
+        "light": {"type": "directional", "azimuth": 315, "elevation": 35, "intensity": 4},
+        "material": {"model": "better-dipole", "medium": "ketchup", "mmPerWidth": 80,
+                     "depth": 0.004,
+                     "highlight": {"lobe": "ward", "k": 0.25, "nt": 40, "nb": 40,
+                                   "transport": "local"}}
+    })"},
+    {{"clownfish", "A fish: a thin film of scales over orange flesh. Made for the fish sample."},
+     R"({
+        "base": "none", "relief": 0.2,
+        "light": {"type": "directional", "azimuth": 330, "elevation": 50, "intensity": 3},
+        "material": {"model": "dipole", "mmPerWidth": 110, "depth": 0.004,
+                     "medium": {"sigmaA": [0.006, 0.09, 0.9], "sigmaS": [1.2, 1.1, 1.0],
+                                "eta": 1.37},
+                     "film": {"medium": "epidermis", "thickness": 0.006},
+                     "bssrdfWeight": 0.8, "diffuseWeight": 0.2,
+                     "highlight": {"lobe": "ashikhmin", "k": 1, "nt": 10, "nb": 40,
+                                   "transport": "local"}}
+    })"},
+    {{"anemone", "An anemone under water: rose flesh that light goes right through."}, R"({
+        "base": "none", "relief": 0.25,
+        "light": {"type": "directional", "azimuth": 300, "elevation": 12, "intensity": 6,
+                  "color": [0.75, 0.9, 1]},
+        "material": {"model": "dipole", "mmPerWidth": 12, "depth": 0.006,
+                     "medium": {"sigmaA": [0.01, 0.06, 0.025], "sigmaS": [1.2, 1.0, 1.1],
+                                "g": [0.3, 0.3, 0.3], "eta": 1.35},
+                     "highlight": {"lobe": "ward", "k": 0.4, "nt": 6, "nb": 6}}
+    })"},
     // Each direction of the sample "rainbow" (by its id) has a hue of its own, and highlights alone
     // keep them apart; cut by shadows they leave dark outlines.
     {{"ink", "A drawing in coloured inks on paper: slopes tell hues, steps are black outlines."},

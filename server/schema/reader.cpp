@@ -228,6 +228,35 @@ void read(const Json& json, std::optional<Rect>& value, Any, const std::string& 
     value = {n[0], n[1], n[2], n[3]};
 }
 
+void read(const Json& json, std::array<double, 3>& value, Range range, const std::string& pointer) {
+    const std::vector<double> n = numbers(json, 3, range, "[r, g, b]", pointer);
+    value = {n[0], n[1], n[2]};
+}
+
+void read(const Json& json, std::array<double, 3>& value, RequiredIn rule,
+          const std::string& pointer) {
+    read(json, value, rule.range, pointer);
+}
+
+void read(const Json& json, scatter::Medium& value, Any, const std::string& pointer) {
+    if (json.is_string()) {
+        const auto* const found = scatter::find_medium(json.get_ref<const std::string&>());
+        if (!found) refuse_value("must be a medium of GET /v1/media, or its numbers", pointer);
+        value = found->medium;
+        return;
+    }
+    if (!json.is_object())
+        refuse_value("must be a medium of GET /v1/media, or its numbers", pointer);
+    value = {.sigma_a = {}, .sigma_s = {}, .g = {}, .eta = 1.3};
+    Reader reader(json, pointer);
+    medium_fields(reader, value);
+    reader.finish();
+}
+
+void read(const Json& json, std::optional<Film>& value, Any any, const std::string& pointer) {
+    read_or_null(json, value, any, pointer);
+}
+
 void read(const Json& json, ImageSource& value, Required, const std::string& pointer) {
     Reader reader(json, pointer);
     constexpr std::array kinds{Choice{"image", ImageSource::Kind::image},

@@ -56,6 +56,11 @@ void read(const Json& json, Colour& value, Any, const std::string& pointer);
 void read(const Json& json, std::optional<Colour>& value, Any, const std::string& pointer);
 void read(const Json& json, Base& value, Range range, const std::string& pointer);
 void read(const Json& json, std::optional<Rect>& value, Any, const std::string& pointer);
+void read(const Json& json, std::array<double, 3>& value, Range range, const std::string& pointer);
+void read(const Json& json, std::array<double, 3>& value, RequiredIn rule,
+          const std::string& pointer);
+void read(const Json& json, scatter::Medium& value, Any, const std::string& pointer);
+void read(const Json& json, std::optional<Film>& value, Any, const std::string& pointer);
 void read(const Json& json, ImageSource& value, Required, const std::string& pointer);
 void read(const Json& json, std::optional<ImageSource>& value, Any, const std::string& pointer);
 void read(const Json& json, LightDescription& value, const std::string& pointer);
@@ -93,7 +98,7 @@ template <class T, class Rule>
 void Reader::operator()(std::string_view name, T& member, const Rule& rule, std::string_view) {
     if (const Json* json = take(name)) {
         read(*json, member, rule, pointer_to(name));
-    } else if constexpr (std::same_as<Rule, Required>) {
+    } else if constexpr (is_required<Rule>) {
         throw Error(error_code::missing_field, field_name(pointer_to(name)) + " is missing",
                     pointer_to(name));
     }

@@ -39,6 +39,32 @@ void check_thickness(const SceneDescription& scene) {
                      "/output/layer");
 }
 
+// The layers of light on the surface and below it, and the models that carry it there.
+void check_translucent(const SceneDescription& scene) {
+    const Material& m = scene.material;
+    const Layer layer = scene.output.picture.layer;
+    const bool is_below = layer == Layer::subsurface || layer == Layer::highlight;
+    if (is_below && !m.is_translucent())
+        refuse_value("needs a model of subsurface scattering: material.model is 'integrated'",
+                     "/output/layer");
+    const bool meets_surface = m.is_translucent() || layer == Layer::irradiance;
+    if (meets_surface && m.illumination == Illumination::count)
+        refuse_value(m.is_translucent()
+                         ? "must not be 'count' with a model of subsurface scattering"
+                         : "must not be 'count' with the layer 'irradiance'",
+                     "/material/illumination");
+}
+
+void check_lobe(const Highlight& highlight) {
+    using enum scatter::LobeKind;
+    if (highlight.lobe != ward && highlight.lobe != ashikhmin) return;
+    const auto check = [](double sharpness, const char* pointer) {
+        if (sharpness <= 0) refuse_value("must be above 0 with this lobe", pointer);
+    };
+    check(highlight.n_t, "/material/highlight/nt");
+    check(highlight.n_b, "/material/highlight/nb");
+}
+
 void check_bit_depth(const OutputDescription& output) {
     const std::vector<int> allowed = bit_depths_of(output.format);
     if (std::find(allowed.begin(), allowed.end(), bit_depth_of(output)) != allowed.end()) return;
@@ -59,6 +85,8 @@ SceneDescription scene_from(const Json& tree, int max_lights) {
     reader.finish();
     check_count(scene);
     check_thickness(scene);
+    check_translucent(scene);
+    check_lobe(scene.material.highlight);
     check_bit_depth(scene.output);
     return scene;
 }

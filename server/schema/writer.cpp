@@ -68,6 +68,25 @@ OrderedJson written(const std::optional<Rect>& value, Any) {
     return OrderedJson::array({value->x, value->y, value->width, value->height});
 }
 
+OrderedJson written(const std::array<double, 3>& value, Range) {
+    return OrderedJson::array({number(value[0]), number(value[1]), number(value[2])});
+}
+OrderedJson written(const std::array<double, 3>& value, RequiredIn rule) {
+    return written(value, rule.range);
+}
+
+OrderedJson written(const scatter::Medium& value, Any) {
+    for (const scatter::NamedMedium& named : scatter::measured_media())
+        if (named.medium == value) return named.name;
+    Writer writer;
+    medium_fields(writer, value);
+    return std::move(writer.json);
+}
+
+OrderedJson written(const std::optional<Film>& value, Any any) {
+    return value ? written(*value, any) : OrderedJson(nullptr);
+}
+
 OrderedJson written(const ImageSource& value, Required) {
     switch (value.kind) {
         case ImageSource::Kind::image:

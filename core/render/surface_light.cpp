@@ -1,0 +1,283 @@
+#include "core/render/surface_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/render/film_light.h"
+#include "core/render/ray_tile.h"
+#include "core/render/scene_lights.h"
+#include "core/scatter/fresnel.h"
+#include "core/shade/factors.h"
+
+namespace relit {
+namespace {
+
+// The scene as its surface sees skies: their d is V cos when rays start along the normal.
+Scene matt_scene(const Scene& scene) {
+    Scene matt = scene;
+    matt.material.offset = Offset::normal;
+    matt.material.illumination = Illumination::length;
+    matt.material.specular.k = 0;
+    return matt;
+}
+
+SkyLights skies_of(const Scene& matt, const Output& output, const PreparedSolid& prepared,
+                   const RenderControl& control) {
+    const Rect all{0, 0, matt.field->width(), matt.field->height()};
+    SkyLights skies;
+    for (const Light& light : matt.lights) {
+        skies.emplace_back();
+        if (SkyLight::covers(matt, light, prepared))
+            skies.back() = std::make_unique<const SkyLight>(
+                matt, std::get<EnvironmentLight>(light), prepared, SkyLight::Sum::colours,
+                /*has_diffuse=*/true, all, output.accuracy == Accuracy::preview, control);
+    }
+    return skies;
+}
+
+// Texels of one square of the map, what is the same for all lights there, and their sums.
+struct SurfaceTile {
+    RayTile starts;
+    TileNumbers slope_x, slope_y, normal_z;
+    TileSums irradiance, entering, highlight, reflected;
+
+    SurfaceTile(const PreparedSolid& prepared, std::span<const TexelIndex> texels)
+        : starts(surface_starts(prepared.solid, texels)) {
+        load_slopes(prepared.slopes, texels, 1, slope_x, slope_y);
+        for (int k = 0; k < starts.count; ++k)
+            normal_z[k] = 1 / std::sqrt(1 + slope_x[k] * slope_x[k] + slope_y[k] * slope_y[k]);
+    }
+
+    [[nodiscard]] Vec3 normal(int k, double scale) const {
+        return normalized({-scale * slope_x[k], -scale * slope_y[k], 1});
+    }
+};
+
+class SurfaceLighting {
+public:
+    SurfaceLighting(const Scene& scene, const Output& output, const PreparedSolid& prepared,
+                    SurfaceLightParts parts, const RenderControl& control)
+        : scene_(scene),
+          prepared_(prepared),
+          parts_(parts),
+          lights_(scene_lights(
+              scene, output.transfer, environment_sampling(output), prepared.solid.y_size(),
+              skies_of(matt_scene(scene), output, prepared, control), control.cache)),
+          diffuse_entry_(4 * scatter::c_phi(scatter::moments(1 / scene.material.medium.eta))) {
+        if (scene.material.film) film_.emplace(*scene.material.film, scene.material.medium.eta);
+        if (!parts.highlight) return;
+        lobe_tables_.resize(scene.lights.size());
+        for (std::size_t n = 0; n < lights_.skies.size(); ++n)
+            if (lights_.skies[n]) lobe_tables_[n] = lobe_table(n, control);
+    }
+
+    [[nodiscard]] int coarse_directions() const {
+        int fewest = 0;
+        for (const auto& sky : lights_.skies) {
+            const int directions = sky ? sky->coarse_directions() : 0;
+            if (directions > 0) fewest = fewest == 0 ? directions : std::min(fewest, directions);
+        }
+        return fewest;
+    }
+
+    // The sums of all lights at the texels of one square.
+    [[nodiscard]] SurfaceTile lit(std::span<const TexelIndex> texels,
+                                  const std::stop_token& stop) const {
+        SurfaceTile tile(prepared_, texels);
+        add_skies(texels, tile);
+        for (const auto* samples : {&lights_.suns, &lights_.samples})
+            for (const LightSample& sample : *samples) {
+                if (stop.stop_requested()) return tile;
+                if (!(sample.radiance == Rgb{})) add(sample, samples == &lights_.suns, tile);
+            }
+        return tile;
+    }
+
+private:
+    void add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const;
+    void add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const;
+    void add_entering(const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
+                      SurfaceTile& tile) const;
+    void add_reflected(const TileNumbers& lit, const TileDirections& light, Rgb radiance,
+                       SurfaceTile& tile) const;
+    void fill_visibility(const RayTarget& light, const RayTile& starts, TileNumbers& v) const;
+    [[nodiscard]] std::unique_ptr<const NormalTable> lobe_table(std::size_t light,
+                                                                const RenderControl& control) const;
+
+    const Scene& scene_;
+    const PreparedSolid& prepared_;
+    const SurfaceLightParts parts_;
+    const SceneLights lights_;
+    const double diffuse_entry_;  // F_dt of the medium
+    std::optional<FilmLight> film_;
+    std::vector<std::unique_ptr<const NormalTable>> lobe_tables_;  // of skies
+};
+
+// f towards the viewer, who is far above the map.
+double lobe_value(const Material& m, Vec3 to_light, Vec3 normal) {
+    const Highlight& h = m.highlight;
+    const scatter::Lobe lobe{.kind = h.lobe,
+                             .n_t = h.n_t,
+                             .n_b = h.n_b,
+                             .exponent = h.exponent,
+                             .eta = m.medium.eta,
+                             .least_cosine = 1e-3};
+    return scatter::value(lobe, scatter::highlight_frame(normal), to_light, {0, 0, 1});
+}
+
+// V: what the way from the surface to a light leaves of it.
+void SurfaceLighting::fill_visibility(const RayTarget& light, const RayTile& starts,
+                                      TileNumbers& v) const {
+    const Material& m = scene_.material;
+    const std::span<float> r(v.data(), std::size_t(starts.count));
+    prepared_.packets.inside_lengths(light, starts, r);
+    const float depth = float(m.depth);
+    if (m.illumination == Illumination::length)
+        for (float& n : r) n = n > depth ? depth / n : 1;
+    else
+        for (float& n : r) n = float(exponential_illumination(0, n, m.attenuation));
+}
+
+void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const {
+    const int count = tile.starts.count;
+    const TileDirections light(prepared_.solid, target_of(sample), tile.starts);
+    TileNumbers cosine;
+    for (int k = 0; k < count; ++k)
+        cosine[k] = std::max(0.0f, tile.normal_z[k] * (light.z[k] - tile.slope_x[k] * light.x[k] -
+                                                       tile.slope_y[k] * light.y[k]));
+    if (std::all_of(cosine.begin(), cosine.begin() + count, [](float c) { return c == 0; })) return;
+    TileNumbers visible;
+    fill_visibility(target_of(sample), tile.starts, visible);
+    TileNumbers lit = visible;
+    const Scatter& forward = scene_.material.scatter;
+    const float k_f = float(forward.k);
+    const TileRamp ramp(forward.falloff);
+    for (int k = 0; k < count; ++k)
+        lit[k] *= cosine[k] * ((1 - k_f) + (k_f > 0 ? k_f * ramp(-light.z[k]) : 0));
+    tile.irradiance.add(count, lit, sample.radiance);
+    if (parts_.entering) add_entering(lit, cosine, sample.radiance, tile);
+    if (parts_.reflected) add_reflected(lit, light, sample.radiance, tile);
+    if (!parts_.highlight || is_sun) return;  // a sky's table has the suns as well
+    TileNumbers shine{};
+    for (int k = 0; k < count; ++k)
+        if (cosine[k] > 0 && visible[k] > 0)
+            shine[k] =
+                visible[k] * float(lobe_value(scene_.material, {light.x[k], light.y[k], light.z[k]},
+                                              tile.normal(k, scene_.normal_scale)));
+    tile.highlight.add(count, shine, sample.radiance);
+}
+
+void SurfaceLighting::add_entering(const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
+                                   SurfaceTile& tile) const {
+    const int count = tile.starts.count;
+    if (film_) {
+        for (int k = 0; k < count; ++k)
+            tile.entering.add(k, lit[k] * (film_->entering(cosine[k]) * radiance));
+        return;
+    }
+    TileNumbers share;
+    for (int k = 0; k < count; ++k)
+        share[k] = lit[k] * float(scatter::transmittance(cosine[k], scene_.material.medium.eta));
+    tile.entering.add(count, share, radiance);
+}
+
+void SurfaceLighting::add_reflected(const TileNumbers& lit, const TileDirections& light,
+                                    Rgb radiance, SurfaceTile& tile) const {
+    for (int k = 0; k < tile.starts.count; ++k)
+        if (lit[k] > 0)
+            tile.reflected.add(k, lit[k] * (film_->reflected({light.x[k], light.y[k], light.z[k]},
+                                                             tile.normal(k, 1)) *
+                                            radiance));
+}
+
+// Skies without their suns: E / pi is what they know, and light from everywhere enters as diffuse
+// light does.
+void SurfaceLighting::add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const {
+    for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
+        if (!lights_.skies[n]) continue;
+        const std::vector<Rgb> lit = lights_.skies[n]->diffuse(texels);
+        for (int k = 0; k < tile.starts.count; ++k) {
+            tile.irradiance.add(k, lit[k]);
+            if (parts_.entering)
+                tile.entering.add(
+                    k, film_ ? film_->diffuse_entering() * lit[k] : diffuse_entry_ * lit[k]);
+            if (parts_.reflected)
+                tile.reflected.add(k, film_->diffuse_reflected(tile.normal_z[k]) * lit[k]);
+            if (parts_.highlight)
+                tile.highlight.add(k, lobe_tables_[n]->at(tile.normal(k, scene_.normal_scale)));
+        }
+    }
+}
+
+// Of all of an environment, as for its other highlights: shadows are not in it.
+std::unique_ptr<const NormalTable> SurfaceLighting::lobe_table(std::size_t light,
+                                                               const RenderControl& control) const {
+    constexpr int size = 97;  // a step turns the normal by a degree in the middle
+    const auto& environment = std::get<EnvironmentLight>(scene_.lights[light]);
+    const std::vector<LightSample> samples = samples_of(
+        environment, {}, *shared_environment_lights(environment, final_environment, control.cache));
+    return std::make_unique<const NormalTable>(
+        size,
+        [&](Vec3 normal) {
+            Rgb sum;
+            for (const LightSample& sample : samples)
+                if (dot(normal, sample.at) > 0)
+                    sum = sum + lobe_value(scene_.material, sample.at, normal) * sample.radiance;
+            return sum;
+        },
+        control);
+}
+
+void store(const TileSums& sums, std::span<const TexelIndex> texels, Image& image) {
+    if (image.empty()) return;
+    for (int k = 0; k < int(texels.size()); ++k) {
+        const Rgb c = sums.at(k);
+        float* const out = &image.at(texels[k].i, texels[k].j);
+        out[0] = float(c.r), out[1] = float(c.g), out[2] = float(c.b);
+    }
+}
+
+// The texels of a square of the map that are material.
+std::vector<TexelIndex> solid_texels(const HeightField& field, int column, int row) {
+    std::vector<TexelIndex> texels;
+    texels.reserve(RayTile::max_rays);
+    for (int j = row; j < std::min(row + RayTile::side, field.height()); ++j)
+        for (int i = column; i < std::min(column + RayTile::side, field.width()); ++i)
+            if (field.is_solid(i, j)) texels.push_back({i, j});
+    return texels;
+}
+
+}  // namespace
+
+SurfaceLight surface_light(const Scene& scene, const Output& output, const PreparedSolid& prepared,
+                           SurfaceLightParts parts, const RenderControl& control) {
+    assert(scene.material.illumination != Illumination::count);
+    const HeightField& field = *scene.field;
+    const SurfaceLighting lighting(scene, output, prepared, parts, control);
+    const auto image = [&](bool is_wanted) {
+        return is_wanted ? Image(field.width(), field.height(), 3) : Image();
+    };
+    SurfaceLight light{.irradiance = image(true),
+                       .entering = image(parts.entering),
+                       .highlight = image(parts.highlight),
+                       .reflected = image(parts.reflected),
+                       .coarse_directions = lighting.coarse_directions()};
+    constexpr int side = RayTile::side;
+    const int across = (field.width() + side - 1) / side;
+    const int down = (field.height() + side - 1) / side;
+    parallel_rows(control.executor, across * down, control.stop, [&](RowRange squares) {
+        for (int n = squares.begin; n < squares.end; ++n) {
+            const auto texels = solid_texels(field, n % across * side, n / across * side);
+            if (texels.empty()) continue;
+            const SurfaceTile tile = lighting.lit(texels, control.stop);
+            store(tile.irradiance, texels, light.irradiance);
+            store(tile.entering, texels, light.entering);
+            store(tile.highlight, texels, light.highlight);
+            store(tile.reflected, texels, light.reflected);
+        }
+    });
+    return light;
+}
+
+}  // namespace relit

@@ -1,0 +1,40 @@
+// Light that arrives on the surface of a scene, for the models that carry it on below: irradiance,
+// what of it enters, what a film reflects, and highlights as they are where light enters. For
+// translucency.h. Source: translucency, sections 2.1, 5.2 and 6.
+//
+// A light of intensity 1 gives a surface across its way the irradiance pi, so that matt white shows
+// the light's own colour, as with the integrated model. An environment counts as there: its weights
+// sum to 1 over the sphere. Nothing falls off with distance.
+#pragma once
+
+#include "core/image/image.h"
+#include "core/render/output.h"
+#include "core/render/prepared.h"
+
+namespace relit {
+
+/// Which quantities are asked for.
+struct SurfaceLightParts {
+    bool entering = false;
+    bool highlight = false;
+    bool reflected = false;  ///< by the film
+};
+
+/// RGB per texel of the map, what was not asked for empty. 0 at texels that are no material.
+struct SurfaceLight {
+    /// E / pi: sum over lights of V cos_i. V in [0, 1] is what the way from the surface to the light
+    /// leaves: min(1, t / r), or exp(-a r) with Illumination::exponential.
+    Image irradiance;
+    Image entering;             ///< B / pi: the same with T(cos_i), or through the film
+    Image highlight;            ///< sum over lights of f V, f one of scatter/lobes.h
+    Image reflected;            ///< radiance that the film scatters back to the viewer
+    int coarse_directions = 0;  ///< as SkyLight::coarse_directions(), the fewest of all lights
+};
+
+/// @pre not Illumination::count
+/// @throws Error cancelled
+[[nodiscard]] SurfaceLight surface_light(const Scene& scene, const Output& output,
+                                         const PreparedSolid& prepared, SurfaceLightParts parts,
+                                         const RenderControl& control);
+
+}  // namespace relit

@@ -1,0 +1,336 @@
+// The models of subsurface scattering through render(): against the double sum over all texels with
+// the exact scalar march, and against what is known of planes.
+#include "core/render/translucent_light.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/field/normals.h"
+#include "core/scatter/dipole.h"
+#include "core/scatter/fresnel.h"
+#include "core/scatter/highlight.h"
+#include "core/visibility/inside_length.h"
+#include "tests/support/maps.h"
+#include "tests/support/skies.h"
+
+namespace relit::test {
+namespace {
+
+const Output raw{.transfer = Transfer::none};
+
+Output layer(Layer which) { return {.layer = which, .transfer = Transfer::none}; }
+
+Material dipole_of(const char* medium, double mm_per_width) {
+    Material m;
+    m.model = Model::dipole;
+    m.medium = scatter::find_medium(medium)->medium;
+    m.mm_per_width = mm_per_width;
+    return m;
+}
+
+Scene scene_of(HeightField field, Material material, Light light = DirectionalLight{}) {
+    Scene scene;
+    scene.field = shared(std::move(field));
+    scene.material = std::move(material);
+    scene.lights = {std::move(light)};
+    return scene;
+}
+
+DirectionalLight sun(double elevation_deg, double azimuth_deg = 315) {
+    return {.azimuth_deg = azimuth_deg, .elevation_deg = elevation_deg};
+}
+
+HeightField flat(int width, int height) {
+    return field_of(width, height, [](int, int) { return 0.5; });
+}
+
+double at_middle(const Image& image, int c = 0) {
+    return image.at(image.width / 2, image.height / 2, c);
+}
+
+double rms(const Image& image, const Image& expected) {
+    double errors = 0, squares = 0;
+    for (std::size_t n = 0; n < image.values.size(); ++n) {
+        const double e = double(image.values[n]) - expected.values[n];
+        errors += e * e;
+        squares += double(expected.values[n]) * expected.values[n];
+    }
+    return std::sqrt(errors / squares);
+}
+
+// E/pi and B/pi of one texel under one light of intensity 1, by the scalar march.
+struct Lit {
+    double irradiance = 0, entering = 0, visibility = 0;
+    Vec3 to_light;
+};
+
+Lit lit_texel(const Scene& scene, const Solid& solid, int i, int j) {
+    const HeightField& field = *scene.field;
+    const LightSample light =
+        samples_of(scene.lights.front(), {solid.y_size()}, Transfer::none, {}).front();
+    const Ray ray = ray_to({light.at, light.at_infinity}, surface_point(solid, i, j));
+    const Vec3 normal = normal_from(slopes_at(field, scene.relief, i, j));
+    const double cosine = std::max(0.0, dot(normal, ray.direction));
+    const double r = inside_length(solid, ray), t = scene.material.depth;
+    const double visible = r > t ? t / r : 1;
+    const double eta = scene.material.medium.eta;
+    return {visible * cosine, visible * cosine * scatter::transmittance(cosine, eta), visible,
+            ray.direction};
+}
+
+// L_o of section 2.1, every texel with every other.
+Image summed_subsurface(const Scene& scene) {
+    const HeightField& field = *scene.field;
+    const Solid solid = make_solid(field, scene.relief, scene.base, scene.material.depth);
+    const Material& m = scene.material;
+    const int width = field.width(), height = field.height();
+    const double eta = m.medium.eta, spacing = 1.0 / width;
+    Image sum(width, height, 3);
+    for (int c = 0; c < 3; ++c) {
+        const scatter::StandardDipole dipole(scatter::channel(m.medium, c, m.mm_per_width));
+        for (int q = 0; q < height; ++q)
+            for (int p = 0; p < width; ++p) {
+                const double n_z = normal_from(slopes_at(field, scene.relief, p, q)).z;
+                double flux = 0;
+                for (int j = 0; j < height; ++j)
+                    for (int i = 0; i < width; ++i) {
+                        const double area =
+                            spacing * spacing / normal_from(slopes_at(field, scene.relief, i, j)).z;
+                        const double r =
+                            length(surface_point(solid, i, j) - surface_point(solid, p, q));
+                        flux += dipole.at(r) * area * lit_texel(scene, solid, i, j).entering;
+                    }
+                sum.at(p, q, c) = float(scatter::transmittance(n_z, eta) /
+                                        scatter::diffuse_transmittance(eta) * flux);
+            }
+    }
+    return sum;
+}
+
+TEST(TranslucentLight, IsTheDoubleSumOverAllTexels) {
+    // Texels finer than a mean free path, so that the plain sum is one.
+    for (const Light& light : {Light(sun(40)), Light(PointLight{{0.2, 0.7, 0.5}})}) {
+        Scene scene = scene_of(hills(24, 20), dipole_of("marble", 6), light);
+        const Image expected = summed_subsurface(scene);
+        EXPECT_LT(rms(rendered(scene, layer(Layer::subsurface)), expected), 0.005);
+        EXPECT_LT(rms(rendered(scene, raw), expected), 0.005) << "all that beauty shows";
+    }
+}
+
+TEST(TranslucentLight, OfAWideEvenPlaneIsTheTotalOfTheProfile) {
+    for (const char* medium : {"marble", "skin1", "ketchup", "whole-milk"}) {
+        const Scene scene = scene_of(flat(48, 48), dipole_of(medium, 4000), sun(90));
+        const Image picture = rendered(scene, layer(Layer::subsurface));
+        const double eta = scene.material.medium.eta, t = scatter::transmittance(1, eta);
+        for (int c = 0; c < 3; ++c) {
+            const scatter::StandardDipole dipole(scatter::channel(scene.material.medium, c, 4000));
+            const double expected = t * t / scatter::diffuse_transmittance(eta) * dipole.total();
+            EXPECT_NEAR(at_middle(picture, c) / expected, 1, 0.01) << medium << ' ' << c;
+        }
+    }
+}
+
+TEST(TranslucentLight, GivesBackAllUniformLightThatEntersAWhiteMedium) {
+    Material white = dipole_of("spectralon", 1e6);
+    EnvironmentLight sky;
+    sky.map = environment_of(48, [](Vec3) { return Rgb{1, 1, 1}; });
+    sky.intensity = 4;  // its mean over the sphere counts: a floor sees the half of it, at an angle
+    const Scene scene = scene_of(flat(48, 48), white, sky);
+    EXPECT_NEAR(at_middle(rendered(scene, layer(Layer::irradiance))), 1, 0.01);
+    const double eta = white.medium.eta;
+    const double seen = scatter::transmittance(1, eta);  // of what leaves, straight up
+    EXPECT_NEAR(at_middle(rendered(scene, layer(Layer::subsurface))) / seen, 1, 0.01);
+}
+
+TEST(TranslucentLight, OfEveryModelIsTheTotalOnAWidePlane) {
+    for (const Model model : {Model::dipole, Model::better_dipole, Model::normalised_diffusion}) {
+        Material m = dipole_of("skin2", 4000);
+        m.model = model;
+        const Scene scene = scene_of(flat(40, 40), m, sun(90));
+        const scatter::Coefficients medium = scatter::channel(m.medium, 1, 4000);
+        const double total = model == Model::better_dipole
+                                 ? scatter::BetterDipole(medium).total()
+                                 : scatter::StandardDipole(medium).total();
+        const double eta = m.medium.eta, t = scatter::transmittance(1, eta);
+        EXPECT_NEAR(at_middle(rendered(scene, layer(Layer::subsurface)), 1) /
+                        (t * t / scatter::diffuse_transmittance(eta) * total),
+                    1, 0.01)
+            << int(model);
+    }
+}
+
+TEST(TranslucentLight, IrradianceOfAPlaneIsTheCosineForEveryModel) {
+    for (const Model model : {Model::integrated, Model::dipole}) {
+        Material m;
+        m.model = model;
+        const Scene scene = scene_of(flat(40, 40), m, sun(30));
+        EXPECT_NEAR(at_middle(rendered(scene, layer(Layer::irradiance))), 0.5, 1e-5);
+    }
+}
+
+TEST(TranslucentLight, IrradianceOfASkyIsTheSumOverItsTexels) {
+    Scene scene = scene_of(hills(40, 32), dipole_of("marble", 80));
+    EnvironmentLight sky;
+    sky.map = sun_and_sky(48);  // by its transfer
+    scene.lights = {sky};
+    const Image fast = rendered(scene, layer(Layer::irradiance));
+    EnvironmentLight few = sky;
+    few.radius = 900;  // far away, yet summed over regions
+    scene.lights = {few};
+    EXPECT_LT(rms(fast, rendered(scene, layer(Layer::irradiance))), 0.06);
+}
+
+TEST(TranslucentLight, SubsurfaceHighlightsAreTheLocalOnesOnAPlane) {
+    Material m = dipole_of("marble", 800);
+    m.highlight.k = 0.7;
+    for (const auto lobe : {scatter::LobeKind::cosine, scatter::LobeKind::ward,
+                            scatter::LobeKind::ashikhmin, scatter::LobeKind::lafortune}) {
+        m.highlight.lobe = lobe;
+        if (lobe == scatter::LobeKind::lafortune) m.highlight.n_t = m.highlight.n_b = -0.5;
+        m.highlight.transport = HighlightTransport::local;
+        const double local =
+            at_middle(rendered(scene_of(flat(48, 48), m, sun(60)), layer(Layer::highlight)));
+        m.highlight.transport = HighlightTransport::subsurface;
+        const double carried =
+            at_middle(rendered(scene_of(flat(48, 48), m, sun(60)), layer(Layer::highlight)));
+        EXPECT_GT(local, 1e-3) << int(lobe);
+        EXPECT_NEAR(carried / local, 1, 0.01) << int(lobe);
+    }
+}
+
+TEST(TranslucentLight, SubsurfaceHighlightsAreTheDoubleSum) {
+    Material m = dipole_of("marble", 2);  // extinction 2.6 per mm: texels far finer than its length
+    m.highlight = {.k = 0.5, .n_t = 4, .n_b = 8};
+    const Scene scene = scene_of(hills(24, 20), m, sun(40));
+    const HeightField& field = *scene.field;
+    const Solid solid = make_solid(field, scene.relief, scene.base, m.depth);
+    const scatter::Lobe lobe{
+        .kind = m.highlight.lobe, .n_t = 4, .n_b = 8, .eta = m.medium.eta, .least_cosine = 1e-3};
+    const auto& s = m.medium.sigma_s;
+    const auto& a = m.medium.sigma_a;
+    const scatter::HighlightFalloff falloff{
+        2 * (std::accumulate(s.begin(), s.end(), 0.0) + std::accumulate(a.begin(), a.end(), 0.0)) /
+        3};
+    Image expected(field.width(), field.height(), 3);
+    for (int q = 0; q < field.height(); ++q)
+        for (int p = 0; p < field.width(); ++p) {
+            double sum = 0;
+            for (int j = 0; j < field.height(); ++j)
+                for (int i = 0; i < field.width(); ++i) {
+                    const Vec3 n = normal_from(slopes_at(field, scene.relief, i, j));
+                    const Lit lit = lit_texel(scene, solid, i, j);
+                    const double r =
+                        length(surface_point(solid, i, j) - surface_point(solid, p, q));
+                    sum +=
+                        scatter::value(lobe, scatter::highlight_frame(n), lit.to_light, {0, 0, 1}) *
+                        lit.visibility * falloff.at(r) / (24.0 * 24 * n.z);
+                }
+            for (int c = 0; c < 3; ++c)
+                expected.at(p, q, c) = float(0.5 * falloff.normalisation() * sum);
+        }
+    EXPECT_LT(rms(rendered(scene, layer(Layer::highlight)), expected), 0.01);
+}
+
+TEST(TranslucentLight, ThroughAFilmOfNothingIsAsWithoutOne) {
+    Scene scene = scene_of(hills(32, 24), dipole_of("skin1", 40), sun(50));
+    const Image bare = rendered(scene, raw);
+    scatter::Medium thin = scene.material.medium;
+    scene.material.film = Film{.medium = thin, .thickness = 1e-7};
+    EXPECT_LT(rms(rendered(scene, raw), bare), 1e-3);
+    scene.material.film = Film{.thickness = 0.01};
+    const Image filmed = rendered(scene, raw);
+    EXPECT_GT(rms(filmed, bare), 0.05);
+    for (const float v : filmed.values) EXPECT_TRUE(v >= 0 && std::isfinite(v));
+}
+
+TEST(TranslucentLight, WeighsScatteringAndMattReflection) {
+    Scene scene = scene_of(hills(32, 24), dipole_of("marble", 80), sun(50));
+    const Image subsurface = rendered(scene, layer(Layer::subsurface));
+    const Image irradiance = rendered(scene, layer(Layer::irradiance));
+    scene.material.bssrdf_weight = 0.8;
+    scene.material.diffuse_weight = 0.2;
+    scene.material.specular.k = 0.25;
+    scene.material.specular_colour = hex_colour(0, 0, 0);
+    own_field(scene).albedo = Image(32, 24, 3, 0.5f);
+    const Image picture = rendered(scene, raw);
+    for (std::size_t n = 0; n < picture.values.size(); ++n)
+        EXPECT_NEAR(picture.values[n],
+                    0.75 * 0.5 * (0.8 * subsurface.values[n] + 0.2 * irradiance.values[n]), 1e-5);
+}
+
+TEST(TranslucentLight, IsTheSameForAnyThreadsAndInstructionSet) {
+    Material m = dipole_of("skin1", 30);
+    m.highlight.k = 0.4;
+    m.film = Film{};
+    Scene scene = scene_of(hills(75, 52), m, PointLight{{0.3, 0.8, 0.4}});
+    own_field(scene).alpha = Image(75, 52, 1, 1.0f);
+    for (int j = 10; j < 30; ++j)
+        for (int i = 20; i < 40; ++i) own_field(scene).alpha.at(i, j) = 0;
+    const Image expected = render(scene, {}, {Executor(1)}).pixels;
+    for (const Simd simd : available_simd())
+        for (const int threads : {1, 3})
+            EXPECT_EQ(
+                render(scene, {}, {.executor = Executor(threads), .simd = simd}).pixels.values,
+                expected.values)
+                << name_of(simd) << ' ' << threads;
+}
+
+TEST(TranslucentLight, OfARegionIsThatPartOfTheWholePicture) {
+    const Scene scene = scene_of(hills(48, 36), dipole_of("marble", 80), sun(30));
+    const Rect region{5, 7, 20, 11};
+    Output part = raw;
+    part.region = region;
+    const Image whole = rendered(scene, raw), of_region = rendered(scene, part);
+    for (int y = 0; y < region.height; ++y)
+        for (int x = 0; x < region.width; ++x)
+            EXPECT_EQ(of_region.at(x, y, 1), whole.at(region.x + x, region.y + y, 1));
+}
+
+TEST(TranslucentLight, PreviewsAreNearTheFinalPicture) {
+    const Scene scene = scene_of(hills(160, 120), dipole_of("marble", 80), sun(30));
+    Output preview = raw;
+    preview.accuracy = Accuracy::preview;
+    EXPECT_LT(rms(rendered(scene, preview), rendered(scene, raw)), 0.03);
+}
+
+TEST(TranslucentLight, IsFiniteForMediaAtTheEdgesOfTheirRanges) {
+    for (const double sigma : {1e-6, 1e4})
+        for (const double absorption : {0.0, 1e4})
+            for (const double width : {1e-3, 1e6})
+                for (const int size : {1, 5}) {
+                    Material m = dipole_of("marble", width);
+                    m.medium = {.sigma_a = {absorption, 0, absorption},
+                                .sigma_s = {sigma, sigma, sigma},
+                                .g = {0.99, -0.99, 0},
+                                .eta = 1};
+                    m.highlight.k = 1;
+                    m.film = Film{.medium = m.medium, .thickness = 100};
+                    for (const Model model :
+                         {Model::dipole, Model::better_dipole, Model::normalised_diffusion}) {
+                        m.model = model;
+                        for (const float v :
+                             rendered(scene_of(hills(size, size), m, sun(30)), raw).values)
+                            EXPECT_TRUE(std::isfinite(v) && v >= 0)
+                                << sigma << ' ' << absorption << ' ' << width << ' ' << size << ' '
+                                << int(model);
+                    }
+                }
+}
+
+TEST(TranslucentLight, OfNoLightIsNothing) {
+    const Scene scene = scene_of(hills(32, 24), dipole_of("marble", 80), sun(-30));
+    for (const float v : rendered(scene, raw).values) EXPECT_EQ(v, 0);
+}
+
+TEST(TranslucentLight, StopsWhenAsked) {
+    std::stop_source stop;
+    stop.request_stop();
+    const Scene scene = scene_of(hills(64, 64), dipole_of("marble", 80));
+    EXPECT_THROW((void)render(scene, {}, {.executor = executor(), .stop = stop.get_token()}),
+                 Error);
+}
+
+}  // namespace
+}  // namespace relit::test
