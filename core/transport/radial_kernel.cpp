@@ -105,6 +105,15 @@ RadialKernel::RadialKernel(std::span<const RadialProfile> channels, double spaci
     last_ = bits_of(float(range_ * range_)) + 1 - first_;
     segments_.assign(std::size_t(last_ + 1) * stride, 0.0f);
     for (int c = 0; c < channels_; ++c) fill(c, channels[c]);
+    core_ = range_;
+    for (int c = 0; c < channels_; ++c) core_ = std::min(core_, core_of(c));
+}
+
+double RadialKernel::core_of(int c) const {
+    const float least = std::exp2(-1.5f) * at_squared(c, 0);
+    int k = 0;
+    while (k < last_ && at_squared(c, start_of(first_ + k)) > least) ++k;
+    return std::sqrt(start_of(first_ + k));
 }
 
 void RadialKernel::fill(int c, const RadialProfile& profile) {

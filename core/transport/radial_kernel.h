@@ -55,6 +55,9 @@ public:
     [[nodiscard]] double spacing() const { return spacing_; }
     /// 0 from here on, in all channels.
     [[nodiscard]] double range() const { return range_; }
+    /// Where the number of some channel has fallen to 2^{-3/2} of that at 0: of a dipole about a mean free
+    /// path. How fine a grid has to be that holds the kernel.
+    [[nodiscard]] double core() const { return core_; }
     /// Of channel `c`, as the table has it.
     [[nodiscard]] float at_squared(int c, float r_squared) const {
         const float* segment = segments_.data() + std::size_t(index_of(r_squared)) * stride;
@@ -75,9 +78,10 @@ public:
 
 private:
     void fill(int c, const RadialProfile& profile);
+    [[nodiscard]] double core_of(int c) const;
 
     int channels_ = 0;
-    double spacing_ = 0, range_ = 0;
+    double spacing_ = 0, range_ = 0, core_ = 0;
     int first_ = 0;  // the bits of the first segment
     int last_ = 0;   // index of the last segment, which is 0
     Texels segments_;

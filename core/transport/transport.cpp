@@ -44,15 +44,12 @@ static_assert(square_side * square_side == kernels::group_points);
 
 }  // namespace
 
-double TransportSurface::extent() const {
-    const auto [low, high] = std::minmax_element(z.values.begin(), z.values.end());
-    return std::hypot(1.0, spacing() * height(), double(*high) - *low);
-}
-
 std::string_view name_of(TransportPath path) {
     switch (path) {
         case TransportPath::convolution:
             return "convolution";
+        case TransportPath::levels:
+            return "levels";
         case TransportPath::tree:
             return "tree";
     }
