@@ -105,6 +105,34 @@ TEST(DirectionalDipole, HalfSpaceTotalsAreThoseOfTheSpecification) {
     }
 }
 
+// Of light from theta, as half_space_total() is of light from above.
+double oblique_total(const Coefficients& k, double theta_deg) {
+    constexpr int azimuths = 64;
+    const DirectionalDipole dipole = directional_dipole(k);
+    const double path = derived(k).free_path;
+    double sum = 0;
+    for (int a = 0; a < azimuths; ++a) {
+        const double phi = 2 * pi * (a + 0.5) / azimuths;
+        sum += disc_integral(path, 40 / dipole.sigma_tr, [&](double r) {
+            const SurfacePoint exit{{r * std::cos(phi), r * std::sin(phi), 0}, {0, 0, 1}};
+            return std::max(0.0, between(dipole, origin, from_the_right(theta_deg), exit).s_d);
+        });
+    }
+    return pi * diffuse_transmittance(k.eta) * sum / azimuths;
+}
+
+TEST(DirectionalDipole, ObliqueLightGivesLittleMoreInWhiteMediaAndMoreInOthers) {
+    const auto rise = [](const char* name, int c) {
+        const Coefficients k = measured(name, c);
+        EXPECT_NEAR(oblique_total(k, 0) / half_space_total(directional_dipole(k)), 1, 1e-6);
+        return oblique_total(k, 85) / oblique_total(k, 0);
+    };
+    EXPECT_NEAR(rise("marble", 0), 1.001, 5e-4);
+    EXPECT_NEAR(rise("skim-milk", 1), 1.003, 5e-4);
+    EXPECT_NEAR(rise("chocolate-milk-regular", 0), 1.02, 5e-3);
+    EXPECT_GT(rise("skin1", 1), 1.1);
+}
+
 // The total by points on a grid of the plane, through bssrdf() itself.
 TEST(DirectionalDipole, TotalIsTheSumOfTheBssrdfOverThePlane) {
     const Coefficients k = measured("skin1", 1);
