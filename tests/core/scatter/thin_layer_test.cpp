@@ -209,18 +209,16 @@ TEST(ThinLayer, TheLiteralFormTakesTheBoundaryTwice) {
     EXPECT_NEAR(transmitted(layer, in, down), through * transmittance(0.4, 1.5), 1e-15);
 }
 
-TEST(LayerPresets, HaveTheOpticalDepthsOfSkin) {
-    ASSERT_EQ(layer_presets().size(), 2u);
-    const LayerPreset& epidermis = layer_presets()[0];
-    const LayerPreset& dermis = layer_presets()[1];
-    EXPECT_EQ(epidermis.name, "epidermis");
-    EXPECT_EQ(dermis.name, "dermis");
-    EXPECT_NEAR(thin_layer(epidermis.coefficients, epidermis.thinnest).tau, 0.54, 0.005);
-    EXPECT_NEAR(thin_layer(epidermis.coefficients, epidermis.thickest).tau, 5.4, 0.05);
-    EXPECT_NEAR(thin_layer(epidermis.coefficients, 0.05).albedo, 0.929, 5e-4);
-    EXPECT_NEAR(thin_layer(dermis.coefficients, dermis.thinnest).tau, 13.2, 0.05);
-    EXPECT_NEAR(thin_layer(dermis.coefficients, dermis.thickest).tau, 66, 0.05);
-    EXPECT_NEAR(thin_layer(dermis.coefficients, 1).albedo, 0.986, 5e-4);
+TEST(ThinLayer, OfSkinHasItsPublishedOpticalDepths) {
+    const auto layer = [](const char* name, double thickness) {
+        return thin_layer(channel(find_medium(name)->medium, 0), thickness);
+    };
+    EXPECT_NEAR(layer("epidermis", 0.01).tau, 0.54, 0.005);
+    EXPECT_NEAR(layer("epidermis", 0.1).tau, 5.4, 0.05);
+    EXPECT_NEAR(layer("epidermis", 0.05).albedo, 0.929, 5e-4);
+    EXPECT_NEAR(layer("dermis", 0.6).tau, 13.2, 0.05);
+    EXPECT_NEAR(layer("dermis", 3).tau, 66, 0.05);
+    EXPECT_NEAR(layer("dermis", 1).albedo, 0.986, 5e-4);
 }
 
 // One event of scattering followed by chance: entry by T_12, free paths, a direction by Henyey and
