@@ -11,23 +11,10 @@
 
 #include "core/base/parallel.h"
 #include "core/base/simd.h"
-#include "core/image/image.h"
 #include "core/transport/radial_kernel.h"
+#include "core/transport/transport_surface.h"
 
 namespace relit {
-
-/// A height map as a surface of samples, one a texel. Scene units: 1 = the map's width.
-struct TransportSurface {
-    Image z;     ///< 1 channel: heights of the texels' centres
-    Image area;  ///< 1 channel, >= 0: true area of the surface over each texel; 0 = nothing is there
-
-    [[nodiscard]] int width() const { return z.width; }
-    [[nodiscard]] int height() const { return z.height; }
-    /// From texel to texel; also what the kernel's cells are to be.
-    [[nodiscard]] double spacing() const { return 1.0 / z.width; }
-    /// No two texels are farther apart.
-    [[nodiscard]] double extent() const;
-};
 
 enum class TransportAccuracy {
     preview,  ///< while something is dragged
@@ -38,6 +25,7 @@ enum class TransportAccuracy {
 /// How a sum is made.
 enum class TransportPath {
     convolution,  ///< one 2D convolution by FFT: distances along the plane
+    levels,       ///< level by level on ever coarser grids
     tree,         ///< octree over the samples
 };
 [[nodiscard]] std::string_view name_of(TransportPath path);

@@ -37,9 +37,8 @@ template <int bits>
 RELIT_INLINE Ints shifted_left(Ints a) {
     return {_mm512_slli_epi32(a.v, bits)};
 }
-template <int bits>
-RELIT_INLINE Ints shifted_right(Ints a) {
-    return {_mm512_srai_epi32(a.v, bits)};
+RELIT_INLINE Ints shifted_right(Ints a, int bits) {
+    return {_mm512_sra_epi32(a.v, _mm_cvtsi32_si128(bits))};
 }
 
 struct Floats {
@@ -109,6 +108,15 @@ RELIT_INLINE float highest(Floats a) { return _mm512_reduce_max_ps(a.v); }
 RELIT_INLINE Floats gather(const float* from, Ints at) {
     return {_mm512_i32gather_ps(at.v, from, 4)};
 }
+
+// 32 numbers, of which any can be picked. @pre 0 <= at < 32
+struct Picked32 {
+    Floats left, right;
+    RELIT_INLINE explicit Picked32(const float* from) : left(load(from)), right(load(from + lanes)) {}
+    RELIT_INLINE Floats operator()(Ints at) const {
+        return {_mm512_permutex2var_ps(left.v, at.v, right.v)};
+    }
+};
 
 // Numbers of a row at any of `window_size` places, from two registers.
 constexpr int window_size = 32;

@@ -62,10 +62,7 @@ RELIT_INLINE Ints shifted_left(Ints a) {
     return {a.v << bits};
 }
 // The sign is kept.
-template <int bits>
-RELIT_INLINE Ints shifted_right(Ints a) {
-    return {a.v >> bits};
-}
+RELIT_INLINE Ints shifted_right(Ints a, int bits) { return {a.v >> bits}; }
 
 struct Floats {
     FloatVector v;
@@ -179,6 +176,13 @@ RELIT_INLINE Floats gather(const float* from, Ints at) {
     return out;
 #endif
 }
+
+// 32 numbers, of which any can be picked. @pre 0 <= at < 32
+struct Picked32 {
+    const float* from;
+    RELIT_INLINE explicit Picked32(const float* p) : from(p) {}
+    RELIT_INLINE Floats operator()(Ints at) const { return gather(from, at); }
+};
 
 // Numbers of a row at any places.
 struct Gather {

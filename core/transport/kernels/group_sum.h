@@ -11,7 +11,7 @@ constexpr int bits_below_segment = 14;  // RadialKernel::segment_shift
 
 // Where segments begin of r^2.
 RELIT_INLINE Ints places_of(const RadialTable& table, Floats r_squared) {
-    const Ints index = shifted_right<bits_below_segment>(bits_of(r_squared));
+    const Ints index = shifted_right(bits_of(r_squared), bits_below_segment);
     return shifted_left<3>(clamped(index - broadcast(table.first), 0, table.last));
 }
 

@@ -1,0 +1,24 @@
+#include "core/base/wide/wide_avx512.h"
+//
+#include "core/transport/kernels/level_sum.h"
+
+namespace relit::kernels {
+
+void sum_level_avx512(const LevelRows& rows, const LevelOffset* offsets, int count, int channels,
+                      bool expanded) {
+    sum_level(rows, offsets, count, channels, expanded);
+}
+
+void restrict_avx512(const Restriction& r) { restrict_any(r); }
+
+void prolong_avx512(const Prolongation& p) { prolong_any(p); }
+
+void split_avx512(const float* from, int count, float* even, float* odd) {
+    split_any(from, count, even, odd);
+}
+
+void join_avx512(const float* even, const float* odd, int count, float* to) {
+    join_any(even, odd, count, to);
+}
+
+}  // namespace relit::kernels
