@@ -84,6 +84,7 @@ TEST(Structure, EachLibraryIsKnownToOneFolder) {
         {"OpenImageIO/", "core/io/"},
         {"oneapi/tbb", "core/base/parallel.cpp"},
         {"tbb/", "core/base/parallel.cpp"},
+        {"kiss", "core/transport/convolution.cpp"},
         {"httplib.h", "server/http/server.cpp"},
         {"nlohmann/", "server/schema/"},
         {"openssl/", "server/storage/"},

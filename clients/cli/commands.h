@@ -20,6 +20,7 @@ void batch_command(const Options& options, Console console);
 void scene_command(const Options& options, Console console);
 void info_command(const Options& options, Console console);
 void presets_command(const Options& options);
+void media_command(const Options& options);
 void samples_command(const Options& options, Console console);
 void sign_url_command(const Options& options);
 

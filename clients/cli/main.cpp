@@ -47,6 +47,7 @@ void run_command(const CLI::App& app, const Options& options, Console console) {
     else if (name == "scene") scene_command(options, console);
     else if (name == "info") info_command(options, console);
     else if (name == "presets") presets_command(options);
+    else if (name == "media") media_command(options);
     else if (name == "samples") samples_command(options, console);
     else if (name == "sign-url") sign_url_command(options);
     else completion_command(options, app);

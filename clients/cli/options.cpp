@@ -93,6 +93,10 @@ constexpr const char* presets_help = R"(Examples:
   relit presets
   relit render sample:head -o head.png --preset marble)";
 
+constexpr const char* media_help = R"(Examples:
+  relit media
+  relit render sample:head -o head.png --set material.model=dipole --set material.medium=skin1)";
+
 constexpr const char* samples_help = R"(Examples:
   relit samples
   relit samples plato -o plato.png
@@ -254,6 +258,12 @@ void declare_presets(CLI::App& app, Options& options) {
     presets.footer(presets_help);
 }
 
+void declare_media(CLI::App& app, Options& options) {
+    CLI::App& media = *app.add_subcommand("media", "Lists measured media for material.medium");
+    media.add_flag("--json", options.json, "For machines, with their numbers");
+    media.footer(media_help);
+}
+
 void declare_samples(CLI::App& app, Options& options) {
     CLI::App& samples =
         *app.add_subcommand("samples", "Lists the images that ship, or writes one out");
@@ -300,6 +310,7 @@ void declare_options(CLI::App& app, Options& options) {
     declare_dry_run(app, options);
     declare_info(app, options);
     declare_presets(app, options);
+    declare_media(app, options);
     declare_samples(app, options);
     declare_sign_url(app, options);
     declare_completion(app, options);

@@ -40,7 +40,7 @@ SkyLights skies_of(const Scene& matt, const Output& output, const PreparedSolid&
 struct SurfaceTile {
     RayTile starts;
     TileNumbers slope_x, slope_y, normal_z;
-    TileSums irradiance, entering, highlight, reflected;
+    TileSums irradiance, entering, entering_behind, highlight, reflected;
 
     SurfaceTile(const PreparedSolid& prepared, std::span<const TexelIndex> texels)
         : starts(surface_starts(prepared.solid, texels)) {
@@ -66,10 +66,17 @@ public:
               skies_of(matt_scene(scene), output, prepared, control), control.cache)),
           diffuse_entry_(4 * scatter::c_phi(scatter::moments(1 / scene.material.medium.eta))) {
         if (scene.material.film) film_.emplace(*scene.material.film, scene.material.medium.eta);
-        if (!parts.highlight) return;
-        lobe_tables_.resize(scene.lights.size());
-        for (std::size_t n = 0; n < lights_.skies.size(); ++n)
-            if (lights_.skies[n]) lobe_tables_[n] = lobe_table(n, control);
+        if (parts.highlight) lobe_tables_.resize(scene.lights.size());
+        for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
+            if (!lights_.skies[n]) continue;
+            if (parts.highlight) lobe_tables_[n] = lobe_table(n, control);
+            if (has_back()) behind_skies_ = behind_skies_ + behind_sky(n, control);
+        }
+    }
+
+    // Whether light enters at a back of the solid.
+    [[nodiscard]] bool has_back() const {
+        return parts_.entering && !prepared_.solid.endless_ground;
     }
 
     [[nodiscard]] int coarse_directions() const {
@@ -97,11 +104,15 @@ public:
 private:
     void add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const;
     void add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const;
+    void add_behind(const LightSample& sample, SurfaceTile& tile) const;
+    [[nodiscard]] Rgb behind_sky(std::size_t light, const RenderControl& control) const;
     void add_entering(const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
                       SurfaceTile& tile) const;
     void add_reflected(const TileNumbers& lit, const TileDirections& light, Rgb radiance,
                        SurfaceTile& tile) const;
     void fill_visibility(const RayTarget& light, const RayTile& starts, TileNumbers& v) const;
+    [[nodiscard]] std::vector<LightSample> environment_samples(std::size_t light,
+                                                               const RenderControl& control) const;
     [[nodiscard]] std::unique_ptr<const NormalTable> lobe_table(std::size_t light,
                                                                 const RenderControl& control) const;
 
@@ -112,6 +123,7 @@ private:
     const double diffuse_entry_;  // F_dt of the medium
     std::optional<FilmLight> film_;
     std::vector<std::unique_ptr<const NormalTable>> lobe_tables_;  // of skies
+    Rgb behind_skies_;  // B / pi that they send to a back
 };
 
 // f towards the viewer, who is far above the map.
@@ -139,8 +151,34 @@ void SurfaceLighting::fill_visibility(const RayTarget& light, const RayTile& sta
         for (float& n : r) n = float(exponential_illumination(0, n, m.attenuation));
 }
 
+// Share of light from `to_light` that enters a back, which faces away from the viewer.
+double entering_back(const Material& m, Vec3 to_light) {
+    const double cosine = std::max(0.0, -to_light.z), k_f = m.scatter.k;
+    return cosine * scatter::transmittance(cosine, m.medium.eta) *
+           ((1 - k_f) + k_f * scatter_factor(to_light, m.scatter.falloff));
+}
+
+void SurfaceLighting::add_behind(const LightSample& sample, SurfaceTile& tile) const {
+    RayTile feet = tile.starts;
+    feet.z.fill(float(prepared_.solid.floor_z));
+    const TileDirections light(prepared_.solid, target_of(sample), feet);
+    for (int k = 0; k < feet.count; ++k)
+        tile.entering_behind.add(
+            k,
+            entering_back(scene_.material, {light.x[k], light.y[k], light.z[k]}) * sample.radiance);
+}
+
+// Suns and all.
+Rgb SurfaceLighting::behind_sky(std::size_t light, const RenderControl& control) const {
+    Rgb sum;
+    for (const LightSample& sample : environment_samples(light, control))
+        sum = sum + entering_back(scene_.material, sample.at) * sample.radiance;
+    return sum;
+}
+
 void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const {
     const int count = tile.starts.count;
+    if (has_back() && !is_sun) add_behind(sample, tile);
     const TileDirections light(prepared_.solid, target_of(sample), tile.starts);
     TileNumbers cosine;
     for (int k = 0; k < count; ++k)
@@ -194,6 +232,7 @@ void SurfaceLighting::add_reflected(const TileNumbers& lit, const TileDirections
 // Skies without their suns: E / pi is what they know, and light from everywhere enters as diffuse
 // light does.
 void SurfaceLighting::add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const {
+    for (int k = 0; k < tile.starts.count; ++k) tile.entering_behind.add(k, behind_skies_);
     for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
         if (!lights_.skies[n]) continue;
         const std::vector<Rgb> lit = lights_.skies[n]->diffuse(texels);
@@ -210,13 +249,18 @@ void SurfaceLighting::add_skies(std::span<const TexelIndex> texels, SurfaceTile&
     }
 }
 
+std::vector<LightSample> SurfaceLighting::environment_samples(std::size_t light,
+                                                              const RenderControl& control) const {
+    const auto& environment = std::get<EnvironmentLight>(scene_.lights[light]);
+    return samples_of(environment, {},
+                      *shared_environment_lights(environment, final_environment, control.cache));
+}
+
 // Of all of an environment, as for its other highlights: shadows are not in it.
 std::unique_ptr<const NormalTable> SurfaceLighting::lobe_table(std::size_t light,
                                                                const RenderControl& control) const {
     constexpr int size = 97;  // a step turns the normal by a degree in the middle
-    const auto& environment = std::get<EnvironmentLight>(scene_.lights[light]);
-    const std::vector<LightSample> samples = samples_of(
-        environment, {}, *shared_environment_lights(environment, final_environment, control.cache));
+    const std::vector<LightSample> samples = environment_samples(light, control);
     return std::make_unique<const NormalTable>(
         size,
         [&](Vec3 normal) {
@@ -260,6 +304,7 @@ SurfaceLight surface_light(const Scene& scene, const Output& output, const Prepa
     };
     SurfaceLight light{.irradiance = image(true),
                        .entering = image(parts.entering),
+                       .entering_behind = image(lighting.has_back()),
                        .highlight = image(parts.highlight),
                        .reflected = image(parts.reflected),
                        .coarse_directions = lighting.coarse_directions()};
@@ -273,6 +318,7 @@ SurfaceLight surface_light(const Scene& scene, const Output& output, const Prepa
             const SurfaceTile tile = lighting.lit(texels, control.stop);
             store(tile.irradiance, texels, light.irradiance);
             store(tile.entering, texels, light.entering);
+            store(tile.entering_behind, texels, light.entering_behind);
             store(tile.highlight, texels, light.highlight);
             store(tile.reflected, texels, light.reflected);
         }

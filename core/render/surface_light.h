@@ -25,7 +25,10 @@ struct SurfaceLight {
     /// E / pi: sum over lights of V cos_i. V in [0, 1] is what the way from the surface to the light
     /// leaves: min(1, t / r), or exp(-a r) with Illumination::exponential.
     Image irradiance;
-    Image entering;             ///< B / pi: the same with T(cos_i), or through the film
+    Image entering;  ///< B / pi: the same with T(cos_i), or through the film
+    /// B / pi at the back of a panel, straight behind the texel; empty over endless ground. Nothing
+    /// stands between a back and a light, and no film is on it.
+    Image entering_behind;
     Image highlight;            ///< sum over lights of f V, f one of scatter/lobes.h
     Image reflected;            ///< radiance that the film scatters back to the viewer
     int coarse_directions = 0;  ///< as SkyLight::coarse_directions(), the fewest of all lights

@@ -100,14 +100,35 @@ void multiply_by_view(Image& light, const PreparedSolid& prepared, const RenderC
     });
 }
 
+// What enters at the back of a panel and comes through: R over a plane at distance D, lit evenly, is
+// the integral of R 2 pi r dr from D on.
+void add_through(const Scene& scene, const PreparedSolid& prepared, const Image& entering_behind,
+                 const RenderControl& control, Image& flux) {
+    if (entering_behind.empty()) return;
+    const Solid& solid = prepared.solid;
+    for (int c = 0; c < 3; ++c) {
+        const RadialProfile profile = diffusion_profile(scene.material, c);
+        parallel_rows(control.executor, flux.height, control.stop, [&](RowRange rows) {
+            for (int j = rows.begin; j < rows.end; ++j)
+                for (int i = 0; i < flux.width; ++i) {
+                    const double thickness =
+                        std::max(0.0, double(solid.z.at(i + 1, j + 1)) - solid.floor_z);
+                    flux.at(i, j, c) += entering_behind.at(i, j, c) *
+                                        float(profile.total - profile.within(thickness));
+                }
+        });
+    }
+}
+
 // L_o: what leaves towards the viewer, all of M_o spread by T(cos_o) (translucency, section 2.1).
 Image subsurface(const Scene& scene, const Output& output, const PreparedSolid& prepared,
-                 Image entering, const RenderControl& control) {
+                 SurfaceLight& light, const RenderControl& control) {
     const Material& m = scene.material;
     Image leaving = carried(
-        scene, output, prepared, std::move(entering),
+        scene, output, prepared, std::move(light.entering),
         {.name = diffusion_name(m), .profile = [&](int c) { return diffusion_profile(m, c); }},
         control);
+    add_through(scene, prepared, light.entering_behind, control, leaving);
     const double eta = m.medium.eta;
     const double all = 4 * scatter::c_phi(scatter::moments(1 / eta));  // F_dt
     if (m.film) {
@@ -157,8 +178,7 @@ TranslucentLight beauty_light(const Scene& scene, const Output& output,
     result.matt = std::move(light.irradiance);
     for (float& v : result.matt.values) v *= float(m.diffuse_weight);
     if (m.bssrdf_weight > 0)
-        add(result.matt, subsurface(scene, output, prepared, std::move(light.entering), control),
-            m.bssrdf_weight);
+        add(result.matt, subsurface(scene, output, prepared, light, control), m.bssrdf_weight);
     result.sheen = std::move(light.reflected);
     if (!has_highlight(m)) return result;
     Image shine = highlight(scene, output, prepared, std::move(light.highlight), control);
@@ -174,8 +194,7 @@ TranslucentLight layer_light(const Scene& scene, const Output& output,
     SurfaceLight light =
         surface_light(scene, output, prepared, {.entering = enters, .highlight = shines}, control);
     TranslucentLight result{.coarse_directions = light.coarse_directions};
-    if (enters)
-        result.layer = subsurface(scene, output, prepared, std::move(light.entering), control);
+    if (enters) result.layer = subsurface(scene, output, prepared, light, control);
     else if (shines)
         result.layer = highlight(scene, output, prepared, std::move(light.highlight), control);
     else result.layer = std::move(light.irradiance);

@@ -11,8 +11,13 @@ constexpr double pi = std::numbers::pi;
 
 constexpr double parallel = 1e-6;
 
-Vec3 any_across(Vec3 along) {
-    return normalized(cross(along, std::abs(along.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+// With B as near to `across` as it can be; with any where that is none.
+StalkFrame frame_about(Vec3 along, Vec3 across) {
+    Vec3 side = cross(across, along);
+    if (length(side) <= parallel * length(across))
+        side = cross(std::abs(along.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, along);
+    const Vec3 normal = normalized(side);
+    return {along, normal, cross(along, normal)};
 }
 
 StalkFrame next_frame(const StalkFrame& before, Vec3 step) {
@@ -20,8 +25,7 @@ StalkFrame next_frame(const StalkFrame& before, Vec3 step) {
     StalkFrame frame;
     frame.tangent = normalized(step);
     const Vec3 side = cross(before.binormal, frame.tangent);
-    frame.normal =
-        length(side) < parallel * length(before.binormal) ? before.normal : normalized(side);
+    frame.normal = length(side) < parallel ? before.normal : normalized(side);
     frame.binormal = normalized(cross(frame.tangent, frame.normal));
     return frame;
 }
@@ -48,11 +52,7 @@ std::vector<Vec3> backbone(std::span<const Vec3> control, int steps) {
 
 std::vector<StalkFrame> stalk_frames(std::span<const Vec3> points, Vec3 first) {
     if (points.size() < 2) return {};
-    const Vec3 along = normalized(points[1] - points[0]);
-    StalkFrame frame{along, any_across(along), first};
-    // Whatever serves for B_0 when it is none: N and B of any frame about the first step.
-    if (length(cross(first, along)) < parallel * length(first) || length(first) == 0)
-        frame.binormal = cross(along, frame.normal);
+    StalkFrame frame = frame_about(normalized(points[1] - points[0]), first);
     std::vector<StalkFrame> frames;
     for (std::size_t k = 1; k < points.size(); ++k) {
         frame = next_frame(frame, points[k] - points[k - 1]);

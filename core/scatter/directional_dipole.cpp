@@ -26,13 +26,13 @@ Vec3 modified_normal(Vec3 x, double r, Vec3 normal, double touching) {
     return cross((1 / r) * x, normalized(side));
 }
 
-double real_distance(const DirectionalDipole& m, const RayPair& pair) {
+double real_distance(const DirectionalDipole& dipole, const RayPair& pair) {
     const double r2 = pair.squared_distance, mu0 = -pair.facing;
-    if (mu0 <= 0) return std::sqrt(r2 + m.edge_step * m.edge_step);
+    if (mu0 <= 0) return std::sqrt(r2 + dipole.edge_step * dipole.edge_step);
     const double across = std::max(0.0, r2 - pair.along * pair.along);
-    const double cos_beta = -std::sqrt(across / (r2 + m.extrapolation * m.extrapolation));
-    const double step = m.diffusion * mu0;
-    return std::sqrt(r2 + step * (step - 2 * m.extrapolation * cos_beta));
+    const double cos_beta = -std::sqrt(across / (r2 + dipole.extrapolation * dipole.extrapolation));
+    const double step = dipole.diffusion * mu0;
+    return std::sqrt(r2 + step * (step - 2 * dipole.extrapolation * cos_beta));
 }
 
 }  // namespace
@@ -40,21 +40,21 @@ double real_distance(const DirectionalDipole& m, const RayPair& pair) {
 DirectionalDipole directional_dipole(const Coefficients& coefficients,
                                      const DirectionalOptions& options) {
     const Derived d = derived(coefficients);
-    DirectionalDipole m;
-    m.diffusion = d.diffusion;
-    m.sigma_tr = d.sigma_tr;
-    m.extrapolation = 2.131 * d.diffusion / std::sqrt(std::max(d.alpha_prime, least_albedo));
-    m.mirrored = 2 * d.a_m * m.extrapolation;
-    m.edge_step = 1 / (3 * d.sigma_t);
-    m.touching = 1e-9 * d.free_path;
-    m.nearest = options.robust ? 0.5 * m.edge_step : m.touching;
-    m.c_phi = d.c_phi;
-    m.c_e = d.c_e;
-    m.norm = 1 / (4 * d.c_phi_ext) / (4 * pi * pi);
-    m.eta = coefficients.eta;
+    DirectionalDipole dipole;
+    dipole.diffusion = d.diffusion;
+    dipole.sigma_tr = d.sigma_tr;
+    dipole.extrapolation = 2.131 * d.diffusion / std::sqrt(std::max(d.alpha_prime, least_albedo));
+    dipole.mirrored = 2 * d.a_m * dipole.extrapolation;
+    dipole.edge_step = 1 / (3 * d.sigma_t);
+    dipole.touching = 1e-9 * d.free_path;
+    dipole.nearest = options.robust ? 0.5 * dipole.edge_step : dipole.touching;
+    dipole.c_phi = d.c_phi;
+    dipole.c_e = d.c_e;
+    dipole.norm = 1 / (4 * d.c_phi_ext) / (4 * pi * pi);
+    dipole.eta = coefficients.eta;
     if (options.energy == DirectionalEnergy::matched)
-        m.norm *= BetterDipole(coefficients).total() / half_space_total(m);
-    return m;
+        dipole.norm *= BetterDipole(coefficients).total() / half_space_total(dipole);
+    return dipole;
 }
 
 RayPair ray_pair(const SurfacePoint& entry, Vec3 inward, const SurfacePoint& exit,
@@ -69,56 +69,60 @@ RayPair ray_pair(const SurfacePoint& entry, Vec3 inward, const SurfacePoint& exi
             .agreement = dot(star, exit.normal)};
 }
 
-double ray_source(const DirectionalDipole& m, double along, double facing, double outward,
+double ray_source(const DirectionalDipole& dipole, double along, double facing, double outward,
                   double d) {
-    const double sd = m.sigma_tr * d, k = 1 + sd;
-    const double fluence = d * d / m.diffusion + 3 * k * along;
-    const double gradient = 3 * m.diffusion * k * facing -
-                            (k + 3 * m.diffusion * (3 * k + sd * sd) / (d * d) * along) * outward;
-    return m.norm * std::exp(-sd) / (d * d * d) * (m.c_phi * fluence - m.c_e * gradient);
+    const double sd = dipole.sigma_tr * d, k = 1 + sd;
+    const double fluence = d * d / dipole.diffusion + 3 * k * along;
+    const double gradient =
+        3 * dipole.diffusion * k * facing -
+        (k + 3 * dipole.diffusion * (3 * k + sd * sd) / (d * d) * along) * outward;
+    return dipole.norm * std::exp(-sd) / (d * d * d) *
+           (dipole.c_phi * fluence - dipole.c_e * gradient);
 }
 
 // x_v = x_i + 2 A d_e n* and w_v = w_12 - 2 (w_12 . n*) n*; n* is orthogonal to x, so that of
 // products with them only these terms are left.
-Diffused diffused(const DirectionalDipole& m, const RayPair& pair) {
+Diffused diffused(const DirectionalDipole& dipole, const RayPair& pair) {
     Diffused result;
-    result.d_r = std::max(real_distance(m, pair), m.nearest);
-    result.d_v = std::sqrt(pair.squared_distance + m.mirrored * m.mirrored);
-    if (m.sigma_tr * m.sigma_tr * pair.squared_distance > underflow * underflow) return result;
-    result.s_d = ray_source(m, pair.along, pair.facing, pair.outward, result.d_r) -
-                 ray_source(m, pair.along + m.mirrored * pair.down,
+    result.d_r = std::max(real_distance(dipole, pair), dipole.nearest);
+    result.d_v = std::sqrt(pair.squared_distance + dipole.mirrored * dipole.mirrored);
+    if (dipole.sigma_tr * dipole.sigma_tr * pair.squared_distance > underflow * underflow)
+        return result;
+    result.s_d = ray_source(dipole, pair.along, pair.facing, pair.outward, result.d_r) -
+                 ray_source(dipole, pair.along + dipole.mirrored * pair.down,
                             pair.facing - 2 * pair.down * pair.agreement,
-                            pair.outward - m.mirrored * pair.agreement, result.d_v);
+                            pair.outward - dipole.mirrored * pair.agreement, result.d_v);
     return result;
 }
 
-double bssrdf(const DirectionalDipole& m, const SurfacePoint& entry, Vec3 to_light,
+double bssrdf(const DirectionalDipole& dipole, const SurfacePoint& entry, Vec3 to_light,
               const SurfacePoint& exit, Vec3 to_viewer) {
-    const double let_through = transmittance(dot(to_light, entry.normal), m.eta) *
-                               transmittance(dot(to_viewer, exit.normal), m.eta);
+    const double let_through = transmittance(dot(to_light, entry.normal), dipole.eta) *
+                               transmittance(dot(to_viewer, exit.normal), dipole.eta);
     if (let_through <= 0) return 0;
-    const Vec3 inward = refracted(to_light, entry.normal, m.eta);
-    return let_through * std::max(0.0, diffused(m, ray_pair(entry, inward, exit, m.touching)).s_d);
+    const Vec3 inward = refracted(to_light, entry.normal, dipole.eta);
+    return let_through *
+           std::max(0.0, diffused(dipole, ray_pair(entry, inward, exit, dipole.touching)).s_d);
 }
 
-double symmetric_bssrdf(const DirectionalDipole& m, const SurfacePoint& entry, Vec3 to_light,
+double symmetric_bssrdf(const DirectionalDipole& dipole, const SurfacePoint& entry, Vec3 to_light,
                         const SurfacePoint& exit, Vec3 to_viewer) {
-    return 0.5 * (bssrdf(m, entry, to_light, exit, to_viewer) +
-                  bssrdf(m, exit, to_viewer, entry, to_light));
+    return 0.5 * (bssrdf(dipole, entry, to_light, exit, to_viewer) +
+                  bssrdf(dipole, exit, to_viewer, entry, to_light));
 }
 
-double half_space_total(const DirectionalDipole& m) {
+double half_space_total(const DirectionalDipole& dipole) {
     const auto nodes = hemisphere::nodes(16);
-    const double end = underflow / m.sigma_tr;
+    const double end = underflow / dipole.sigma_tr;
     double sum = 0;
     // Rings that double, from well within the source's depth.
-    for (double from = 0, to = m.diffusion / 8; from < end; from = to, to *= 2)
+    for (double from = 0, to = dipole.diffusion / 8; from < end; from = to, to *= 2)
         for (const hemisphere::Node& node : nodes) {
             const double r = from + (to - from) * node.z;
             const RayPair pair{.squared_distance = r * r, .facing = -1, .down = -1, .agreement = 1};
-            sum += (to - from) * node.weight * r * std::max(0.0, diffused(m, pair).s_d);
+            sum += (to - from) * node.weight * r * std::max(0.0, diffused(dipole, pair).s_d);
         }
-    return pi * diffuse_transmittance(m.eta) * 2 * pi * sum;
+    return pi * diffuse_transmittance(dipole.eta) * 2 * pi * sum;
 }
 
 }  // namespace relit::scatter

@@ -20,7 +20,8 @@ struct Crossing {
 };
 
 Crossing crossing(double cosine, double eta) {
-    return {transmittance(cosine, eta), refracted_cosine(cosine, eta)};
+    const double inside = refracted_cosine(cosine, eta);
+    return {inside > 0 ? transmittance(cosine, eta) : 0, inside};
 }
 
 double literal(const ThinLayer& layer, double cos_i) {
@@ -135,15 +136,15 @@ double transmitted(const ThinLayer& layer, Vec3 w_i, Vec3 w_o) {
     const double relative = layer.eta / layer.eta_below;
     const double inside = refracted_cosine(w_i.z, layer.eta) * refracted_cosine(-w_o.z, relative);
     const double flat = (w_i.x * w_o.x + w_i.y * w_o.y) / (layer.eta * relative);
-    return transmitted_factor(layer, w_i.z, -w_o.z) * henyey_greenstein(inside - flat, layer.g);
+    const double cos_j = std::clamp(inside - flat, -1.0, 1.0);  // flat: no direction inside
+    return transmitted_factor(layer, w_i.z, -w_o.z) * henyey_greenstein(cos_j, layer.g);
 }
 
 double unscattered(const ThinLayer& layer, double cos_i) {
+    const Crossing in = crossing(cos_i, layer.eta);
     const double below = refracted_cosine(cos_i, layer.eta_below);
-    const double through =
-        transmittance(cos_i, layer.eta) * transmittance(below, layer.eta / layer.eta_below);
-    if (through <= 0) return 0;
-    return through * std::exp(-layer.tau / refracted_cosine(cos_i, layer.eta));
+    const double through = in.let_through * transmittance(below, layer.eta / layer.eta_below);
+    return through > 0 ? through * std::exp(-layer.tau / in.inside) : 0;
 }
 
 LayerEnergy layer_energy(const ThinLayer& layer, double cos_i) {

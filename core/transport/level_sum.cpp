@@ -12,7 +12,6 @@ namespace {
 
 constexpr int level_margin = 4;  // that cubics of the next level reach, whatever the level
 constexpr int least_pad = 12;    // that flux is carried from: 8 nodes around twice the margin
-constexpr double reach_share = 0.4;
 constexpr int orders = 3;
 
 struct Loops {
@@ -90,7 +89,9 @@ LevelSum::LevelSum(const TransportSurface& surface, const RadialKernel& kernel, 
     cut_ = std::min(kernel.range(), surface.extent() + surface.spacing()) * surface.width();
     while (settings_.ratio * std::exp2(levels_) < cut_) ++levels_;
     settings_.first_level = std::min(settings_.first_level, levels_ - 1);
+    core_ = kernel.core() / kernel.spacing();
     make_grids(surface, stop);
+    measure_cliffs(executor, stop);
     const double relief = surface.relief() * surface.width();
     parallel_rows(executor, levels_ - settings_.first_level, stop, [&](RowRange levels) {
         for (int l = levels.begin; l < levels.end; ++l)
@@ -121,14 +122,50 @@ void LevelSum::make_grids(const TransportSurface& surface, const std::stop_token
     for (int l = 0; l < levels_; ++l) level_[l].softening = settings_.ratio * std::exp2(l);
 }
 
+// How far heights may lie from those of nodes of level l: where its kernel is still much the same.
+double LevelSum::reach_of(int l) const {
+    const double reach = 0.4 * level_[l].softening;
+    return l <= settings_.first_level ? std::min(reach, 0.8 * core_) : reach;
+}
+
+void LevelSum::measure_cliffs(const Executor& executor, const std::stop_token& stop) {
+    constexpr double weights[] = {5, 7, 35, 105, 105, 35, 7, 5};
+    for (int l = 0; l + 1 < levels_; ++l)
+        for (const bool rows : {true, false}) {
+            const LevelGrid& fine = rows ? level_[l].grid : between_[l];
+            const LevelGrid& coarse = rows ? between_[l] : level_[l + 1].grid;
+            const auto reach = float(reach_of(l + 1));
+            std::vector<double> beyond(coarse.height), all(coarse.height);
+            parallel_rows(executor, coarse.height, stop, [&](RowRange range) {
+                for (int j = range.begin; j < range.end; ++j)
+                    for (int i = 0; i < coarse.width; ++i)
+                        for (int k = 0; k < 8; ++k) {
+                            const int u = rows ? i : 2 * i - 3 + k, v = rows ? 2 * j - 3 + k : j;
+                            if (u < 0 || v < 0 || u >= fine.width || v >= fine.height) continue;
+                            const unsigned present = fine.present[std::size_t(v) * fine.width + u];
+                            const float rise = fine.z[fine.at(u, v)] - coarse.z[coarse.at(i, j)];
+                            all[j] += weights[k] * present;
+                            beyond[j] += std::abs(rise) > reach ? weights[k] * present : 0;
+                        }
+            });
+            double sum = 0, share = 0;
+            for (int j = 0; j < coarse.height; ++j) {
+                sum += all[j];
+                share += beyond[j];
+            }
+            if (sum > 0) cliffs_ = std::max(cliffs_, share / sum);
+        }
+}
+
 // The kernel of one level between nodes at every offset, as pieces over their difference in height.
 void LevelSum::make_tables(const RadialKernel& kernel, std::size_t l, double relief) {
     Level& level = level_[l];
     const bool is_first = int(l) == settings_.first_level, is_last = int(l) + 1 == levels_;
-    const double a = level.softening, cut = is_last ? cut_ : std::min(cut_, 2 * a);
     const double spacing = kernel.spacing(), node = std::exp2(double(l));
-    const double core = kernel.core() / spacing;
-    const double start = is_first ? std::clamp(core * core / 2, 0.1, a * a / 4) : a * a / 4;
+    // The last one's nodes lie around the map as well.
+    const double a = level.softening;
+    const double cut = std::min(kernel.range() / spacing, is_last ? cut_ + 6 * node : 2 * a);
+    const double start = is_first ? std::clamp(core_ * core_ / 2, 0.1, a * a / 4) : a * a / 4;
     const auto at = [&](int c, double u) {
         return double(kernel.at_squared(c, float(u * spacing * spacing)));
     };
@@ -360,16 +397,15 @@ Image LevelSum::sum(const Image& flux, const Executor& executor,
                     levels[0].plane(false, 0, c)[texels.at(i, j)] = flux.at(i, j, c);
             }
     });
-    const auto reach = [&](int l) { return reach_share * level_[l + 1].softening; };
     for (int l = 0; l + 1 < levels_; ++l) {
-        halve_rows(levels[l], between[l], reach(l), executor, stop);
-        halve_columns(between[l], levels[l + 1], reach(l), executor, stop);
+        halve_rows(levels[l], between[l], reach_of(l + 1), executor, stop);
+        halve_columns(between[l], levels[l + 1], reach_of(l + 1), executor, stop);
     }
     for (int l = levels_ - 1; l >= 0; --l) {
         if (l >= settings_.first_level) sum_level(std::size_t(l), levels[l], executor, stop);
         if (l == 0) break;
-        refine_columns(levels[l], between[l - 1], reach(l - 1), executor, stop);
-        refine_rows(between[l - 1], levels[l - 1], reach(l - 1), executor, stop);
+        refine_columns(levels[l], between[l - 1], reach_of(l), executor, stop);
+        refine_rows(between[l - 1], levels[l - 1], reach_of(l), executor, stop);
     }
     Image out(flux.width, flux.height, channels_);
     parallel_rows(executor, flux.height, stop, [&](RowRange rows) {

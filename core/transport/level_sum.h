@@ -43,6 +43,9 @@ public:
     [[nodiscard]] Image sum(const Image& flux, const Executor& executor,
                             const std::stop_token& stop) const;
     [[nodiscard]] std::uint64_t bytes() const;
+    /// Share of what is carried from grid to grid whose heights differ by more than expansions reach,
+    /// of the grids where it is largest: 0 but for cliffs.
+    [[nodiscard]] double cliffs() const { return cliffs_; }
 
 private:
     struct Level {
@@ -57,6 +60,8 @@ private:
     class Halves;
 
     void make_grids(const TransportSurface& surface, const std::stop_token& stop);
+    [[nodiscard]] double reach_of(int l) const;
+    void measure_cliffs(const Executor& executor, const std::stop_token& stop);
     void make_tables(const RadialKernel& kernel, std::size_t level, double relief);
     void halve_rows(const Planes& fine, Planes& coarse, double reach, const Executor& executor,
                     const std::stop_token& stop) const;
@@ -74,7 +79,9 @@ private:
     Simd simd_;
     int channels_ = 0;
     int levels_ = 1;
-    double cut_ = 0;  // texels: the kernel's range, or the surface's extent
+    double cliffs_ = 0;
+    double core_ = 0;  // of the kernel, texels
+    double cut_ = 0;   // texels: the kernel's range, or the surface's extent
     std::vector<Level> level_;
     std::vector<LevelGrid> between_;  // level l with its rows halved already
     mutable std::mutex mutex_;

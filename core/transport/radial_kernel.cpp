@@ -22,10 +22,12 @@ int bits_of(float r_squared) {
 
 float start_of(int bits) { return std::bit_cast<float>(bits << RadialKernel::segment_shift); }
 
-// Where less than a millionth lies beyond, at most `extent`.
-double range_of(const RadialProfile& profile, double extent) {
+constexpr double negligible = 1e-6;
+
+// Where less than a share of the total lies beyond, at most `extent`.
+double range_of(const RadialProfile& profile, double share, double extent) {
     const auto is_beyond = [&](double r) {
-        return profile.within(r) >= profile.total * (1 - 1e-6);
+        return profile.within(r) >= profile.total * (1 - share);
     };
     if (!(profile.total < std::numeric_limits<double>::infinity()) || !is_beyond(extent))
         return extent;
@@ -56,18 +58,48 @@ struct Averaged {
     double spacing;
     double centre = 0;      // the mean over the disk of a cell's area
     double correction = 0;  // what midpoints lack at 0
+    double sum_excess = 0;  // what is to be added near 0 for the cells to add up to the whole
 
-    Averaged(const RadialProfile& p, double h) : profile(p), spacing(h) {
+    Averaged(const RadialProfile& p, double h, double range) : profile(p), spacing(h) {
         centre = profile.within(h / std::sqrt(pi)) / (h * h);
         correction = centre - mean_of_cell(profile, 0, h);
+        // Where a few cells hold most of the whole, they need not add up to it.
+        const double share = profile.within(4 * h) / profile.total;
+        const double t = std::clamp((share - 0.3) / 0.2, 0.0, 1.0);
+        if (t > 0) sum_excess = t * t * (3 - 2 * t) * missing(std::clamp(range / h, 16.0, 64.0));
+    }
+
+    // By what share numbers near 0 fall short, under a window of that many cells that ends smoothly.
+    [[nodiscard]] double missing(double radius) const {
+        const auto window = [&](double cells) {
+            return std::pow(1 - cells * cells / (radius * radius), 2);
+        };
+        double sum = 0, near = 0, exact = 0;
+        for (int dy = 0; dy < radius; ++dy)
+            for (int dx = dy; dx * dx + dy * dy < radius * radius; ++dx) {
+                const double cells = std::hypot(dx, dy);
+                const int alike = dx == 0 ? 1 : dy == 0 || dy == dx ? 4 : 8;
+                const double value = alike * window(cells) * (*this)(cells * spacing);
+                sum += value;
+                near += value * nearness(cells);
+            }
+        constexpr int steps = 1000;
+        for (int k = 0; k < steps; ++k)
+            exact += profile.within((k + 0.5) / steps * radius * spacing) *
+                     (window(double(k) / steps * radius) - window((k + 1.0) / steps * radius));
+        return (exact / (spacing * spacing) - sum) / near;
+    }
+
+    static double nearness(double cells) {
+        return cells < 4 ? std::pow(1 - cells * cells / 16, 2) : 0;
     }
 
     double operator()(double r) const {
         const double cells = r / spacing;
         if (cells >= 8) return profile.at(r);
-        const double mean = mean_of_cell(profile, r, spacing);
-        if (cells <= 1) return mean + correction * std::pow(1 - cells * cells, 2);
-        if (cells <= 4) return mean;
+        double mean = mean_of_cell(profile, r, spacing);
+        if (cells <= 1) mean += correction * std::pow(1 - cells * cells, 2);
+        if (cells <= 4) return mean * (1 + sum_excess * nearness(cells));
         const double t = (cells - 4) / 4, fade = t * t * (3 - 2 * t);
         return mean + fade * (profile.at(r) - mean);
     }
@@ -98,8 +130,11 @@ RadialKernel::RadialKernel(std::span<const RadialProfile> channels, double spaci
     assert(channels_ == 1 || channels_ == 3);
     assert(spacing > 0 && extent >= 0);
     for (const RadialProfile& profile : channels)
-        range_ = std::max(range_, range_of(profile, 1.001 * extent + spacing));
+        range_ = std::max(range_, range_of(profile, negligible, 2.5 * extent + spacing));
     range_ = std::max(range_, 2 * spacing);
+    for (const RadialProfile& profile : channels)
+        short_range_ = std::max(short_range_, range_of(profile, 1e-3, range_));
+    short_range_ = std::max(short_range_, 2 * spacing);
     const double least = spacing / 8;
     first_ = bits_of(float(least * least)) / segments_per_octave * segments_per_octave;
     last_ = bits_of(float(range_ * range_)) + 1 - first_;
@@ -117,7 +152,7 @@ double RadialKernel::core_of(int c) const {
 }
 
 void RadialKernel::fill(int c, const RadialProfile& profile) {
-    const Averaged averaged(profile, spacing_);
+    const Averaged averaged(profile, spacing_, range_of(profile, negligible, range_));
     // Logarithms at points that are equidistant in the logarithm of r^2, the first one before the table.
     const double least = start_of(first_);
     const int points = 5 + int(exact_per_octave * std::log2(start_of(first_ + last_) / least));
@@ -126,13 +161,13 @@ void RadialKernel::fill(int c, const RadialProfile& profile) {
         const double value = averaged(std::sqrt(least * std::exp2(double(k) / exact_per_octave)));
         exact.push_back(std::log(std::max(value, 1e-300)));
     }
-    const double own_range = range_of(profile, range_);
+    const double own_range = range_of(profile, negligible, range_);
     const auto value_at = [&](double u) {
         const double place = exact_per_octave * std::log2(u / least);
         const int k = int(place);
         return std::exp(between(&exact[k], place - k));
     };
-    double left = averaged.centre, left_u = 0;
+    double left = averaged(0), left_u = 0;
     for (int k = 0; k < last_; ++k) {
         const double right_u = start_of(first_ + k + 1);
         const double right = value_at(right_u);
@@ -147,7 +182,8 @@ void RadialKernel::fill(int c, const RadialProfile& profile) {
     const double cell = spacing_ * spacing_;
     for (int k = 0; k <= own_areas * own_steps; ++k) {
         const double area = cell * std::exp2(double(k) / own_steps);
-        own_[c].push_back(profile.within(std::sqrt(area / pi)) / area - averaged.centre);
+        own_[c].push_back(averaged(0) *
+                          (profile.within(std::sqrt(area / pi)) / area / averaged.centre - 1));
     }
 }
 

@@ -48,11 +48,13 @@ SampleTree::SampleTree(const SurfaceSamples& samples, const std::stop_token& sto
     if (count == 0) return;
     const Bounds x(samples.x), y(samples.y), z(samples.z);
     size_ = std::max({x.high - x.low, y.high - y.low, z.high - z.low, 1e-6f});
+    const auto start = [&](const Bounds& b) { return b.low + (b.high - b.low - size_) / 2; };
+    const float low[3] = {start(x), start(y), start(z)};
     std::vector<std::pair<std::uint64_t, std::uint32_t>> coded(count);
     for (std::size_t k = 0; k < count; ++k)
-        coded[k] = {spread(slice_of(samples.x[k], x.low, size_)) |
-                        spread(slice_of(samples.y[k], y.low, size_)) << 1 |
-                        spread(slice_of(samples.z[k], z.low, size_)) << 2,
+        coded[k] = {spread(slice_of(samples.x[k], low[0], size_)) |
+                        spread(slice_of(samples.y[k], low[1], size_)) << 1 |
+                        spread(slice_of(samples.z[k], low[2], size_)) << 2,
                     std::uint32_t(k)};
     check(stop);
     std::sort(coded.begin(), coded.end());
@@ -69,7 +71,6 @@ SampleTree::SampleTree(const SurfaceSamples& samples, const std::stop_token& sto
         samples_.z[k] = samples.z[from];
         samples_.area[k] = samples.area[from];
     }
-    const float low[3] = {x.low, y.low, z.low};
     add_node(0, std::uint32_t(count), 0, low, codes);
 }
 

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/transport/convolution.h"
+#include "core/transport/level_sum.h"
 #include "core/transport/sample_tree.h"
 #include "core/transport/tree_sum.h"
 
@@ -26,18 +28,6 @@ SurfaceSamples samples_of(const TransportSurface& surface, std::vector<std::uint
     return samples;
 }
 
-float threshold_of(TransportAccuracy accuracy) {
-    switch (accuracy) {
-        case TransportAccuracy::preview:
-            return 0.3f;
-        case TransportAccuracy::final:
-            return 0.05f;
-        case TransportAccuracy::exact:
-            break;
-    }
-    return 0.02f;
-}
-
 // Texels whose sums are made together: a square.
 constexpr int square_side = 8;
 static_assert(square_side * square_side == kernels::group_points);
@@ -56,37 +46,19 @@ std::string_view name_of(TransportPath path) {
     return {};
 }
 
-struct Transport::Parts {
-    std::shared_ptr<const TransportSurface> surface;
-    std::shared_ptr<const RadialKernel> kernel;
-    float threshold = 0;
-    Simd simd;
-    std::vector<std::uint32_t> texels;  // of the samples
-    SampleTree tree;
-
-    Parts(std::shared_ptr<const TransportSurface> s, std::shared_ptr<const RadialKernel> k,
-          TransportAccuracy accuracy, const std::stop_token& stop, Simd with)
-        : surface(std::move(s)),
-          kernel(std::move(k)),
-          threshold(threshold_of(accuracy)),
-          simd(with),
-          tree(samples_of(*surface, texels), stop) {}
-};
-
 namespace {
 
 // The sums of the texels of the square at (left, top).
-void sum_square(const TransportSurface& surface, const RadialKernel& kernel,
-                const TreeSum& tree_sum, const Image& flux, int left, int top,
-                TreeSum::Lists& lists, Image& out) {
+void sum_square(const TransportSurface& surface, const TreeSum& tree_sum, int channels, int left,
+                int top, TreeSum::Lists& lists, Image& out) {
     struct Texel {
         int i, j;
     };
     std::array<Texel, kernels::group_points> texels;
     kernels::PointGroup points;
     int count = 0;
-    for (int j = top; j < std::min(top + square_side, flux.height); ++j)
-        for (int i = left; i < std::min(left + square_side, flux.width); ++i) {
+    for (int j = top; j < std::min(top + square_side, surface.height()); ++j)
+        for (int i = left; i < std::min(left + square_side, surface.width()); ++i) {
             if (!(surface.area.at(i, j) > 0)) continue;
             points.x[count] = float((i + 0.5) * surface.spacing());
             points.y[count] = float((j + 0.5) * surface.spacing());
@@ -103,50 +75,179 @@ void sum_square(const TransportSurface& surface, const RadialKernel& kernel,
     tree_sum(points, lists, sums);
     for (int k = 0; k < count; ++k) {
         const auto [i, j] = texels[k];
-        for (int c = 0; c < flux.channels; ++c)
-            out.at(i, j, c) =
-                sums[c * kernels::group_points + k] +
-                float(kernel.at_own_place(c, surface.area.at(i, j))) * flux.at(i, j, c);
+        for (int c = 0; c < channels; ++c) out.at(i, j, c) = sums[c * kernels::group_points + k];
     }
+}
+
+// What one accuracy asks for. Errors are relative, RMS, of M; measured in tests and benchmarks.
+struct Demands {
+    double steepness;      // mean square of slopes that distances along the plane will do for
+    double ratio;          // LevelSum's
+    double nodes_to_core;  // of its first level
+    double cliffs;         // that it may have
+    float threshold;       // of the tree
+};
+
+Demands demands_of(TransportAccuracy accuracy) {
+    switch (accuracy) {
+        case TransportAccuracy::preview:
+            return {0.01, 3, 1.1, 0.05, 0.3f};
+        case TransportAccuracy::final:
+            return {0.003, 4, 2.2, 0.001, 0.08f};
+        case TransportAccuracy::exact:
+            break;
+    }
+    return {.threshold = 0.02f};
+}
+
+// Mean square of the slopes, as areas tell.
+double steepness_of(const TransportSurface& surface) {
+    const double cell = surface.spacing() * surface.spacing();
+    double sum = 0;
+    std::size_t count = 0;
+    for (const float area : surface.area.values) {
+        if (!(area > 0)) continue;
+        const double stretch = area / cell;
+        sum += std::max(stretch * stretch - 1, 0.0);
+        ++count;
+    }
+    return count > 0 ? sum / double(count) : 0;
+}
+
+// Sums of every texel by the octree.
+struct TreeOfTexels {
+    std::vector<std::uint32_t> texels;  // of the samples
+    SampleTree tree;
+
+    TreeOfTexels(const TransportSurface& surface, const std::stop_token& stop)
+        : tree(samples_of(surface, texels), stop) {}
+
+    [[nodiscard]] Image sum(const TransportSurface& surface, const RadialKernel& kernel,
+                            float threshold, Simd simd, const Image& flux, const Executor& executor,
+                            const std::stop_token& stop) const {
+        std::vector<float> of_samples;
+        of_samples.reserve(texels.size() * std::size_t(flux.channels));
+        for (const std::uint32_t texel : texels)
+            for (int c = 0; c < flux.channels; ++c)
+                of_samples.push_back(flux.values[std::size_t(texel) * flux.channels + c]);
+        const TreeFlux in_tree = tree_flux(tree, of_samples, flux.channels);
+        const TreeSum tree_sum(tree, in_tree, kernel, threshold, simd);
+        Image out(flux.width, flux.height, flux.channels);
+        const int bands = (flux.height + square_side - 1) / square_side;
+        parallel_rows(executor, bands, stop, [&](RowRange rows) {
+            TreeSum::Lists lists;
+            for (int band = rows.begin; band < rows.end; ++band)
+                for (int i = 0; i < flux.width; i += square_side)
+                    sum_square(surface, tree_sum, flux.channels, i, band * square_side, lists, out);
+        });
+        return out;
+    }
+};
+
+// What a texel's own area adds to its sum; and 0 where nothing is, which a convolution does not know.
+void finish(const TransportSurface& surface, const RadialKernel& kernel, const Image& flux,
+            Image& out, const Executor& executor, const std::stop_token& stop) {
+    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < flux.width; ++i) {
+                const float area = surface.area.at(i, j);
+                for (int c = 0; c < flux.channels; ++c) {
+                    float& sum = out.at(i, j, c);
+                    if (!(area > 0)) sum = 0;
+                    else sum += float(kernel.at_own_place(c, area)) * flux.at(i, j, c);
+                }
+            }
+    });
+}
+
+// Flux where something is.
+Image masked(const TransportSurface& surface, const Image& flux) {
+    Image out = flux;
+    for (std::size_t k = 0; k < surface.area.values.size(); ++k)
+        if (!(surface.area.values[k] > 0))
+            std::fill_n(out.values.begin() + std::ptrdiff_t(k * flux.channels), flux.channels,
+                        0.0f);
+    return out;
 }
 
 }  // namespace
 
+struct Transport::Parts {
+    std::shared_ptr<const TransportSurface> surface;
+    std::shared_ptr<const RadialKernel> kernel;
+    Simd simd;
+    float threshold = 0;
+    // One of these.
+    std::unique_ptr<KernelSpectrum> spectrum;
+    std::unique_ptr<LevelSum> levels;
+    std::unique_ptr<TreeOfTexels> tree;
+
+    void prepare(TransportAccuracy accuracy, const Executor& executor,
+                 const std::stop_token& stop) {
+        const Demands demands = demands_of(accuracy);
+        threshold = demands.threshold;
+        if (accuracy != TransportAccuracy::exact) {
+            if (steepness_of(*surface) <= demands.steepness)
+                spectrum = std::make_unique<KernelSpectrum>(*kernel, surface->width(),
+                                                            surface->height(), executor, stop);
+            else prepare_levels(demands, executor, stop);
+        }
+        if (!spectrum && !levels) tree = std::make_unique<TreeOfTexels>(*surface, stop);
+    }
+
+    // From as coarse a level as the kernel allows, else from the texels.
+    void prepare_levels(const Demands& demands, const Executor& executor,
+                        const std::stop_token& stop) {
+        const double texels = kernel->core() / kernel->spacing() / demands.nodes_to_core;
+        const double enough =
+            std::min(surface->width(), surface->height()) / 32.0;  // nodes of a side
+        const double most = std::min(texels, enough);
+        const int coarsest = most >= 2 ? int(std::log2(most)) : 0;
+        for (const int first_level : {coarsest, 0}) {
+            levels = std::make_unique<LevelSum>(*surface, *kernel,
+                                                LevelSum::Settings{demands.ratio, first_level},
+                                                executor, stop, simd);
+            if (levels->cliffs() <= demands.cliffs) return;
+            levels.reset();
+            if (first_level == 0) return;
+        }
+    }
+};
+
 Transport::Transport(std::shared_ptr<const TransportSurface> surface,
                      std::shared_ptr<const RadialKernel> kernel, TransportAccuracy accuracy,
-                     const Executor&, const std::stop_token& stop, Simd simd)
-    : parts_(std::make_unique<Parts>(std::move(surface), std::move(kernel), accuracy, stop, simd)) {
+                     const Executor& executor, const std::stop_token& stop, Simd simd) {
+    auto parts = std::make_unique<Parts>(Parts{std::move(surface), std::move(kernel), simd});
+    parts->prepare(accuracy, executor, stop);
+    parts_ = std::move(parts);
 }
 
 Transport::~Transport() = default;
 
-TransportPath Transport::path() const { return TransportPath::tree; }
+TransportPath Transport::path() const {
+    if (parts_->spectrum) return TransportPath::convolution;
+    return parts_->levels ? TransportPath::levels : TransportPath::tree;
+}
 
 std::uint64_t Transport::bytes() const {
-    return parts_->tree.bytes() + parts_->texels.size() * sizeof(std::uint32_t);
+    if (parts_->spectrum) return parts_->spectrum->bytes();
+    if (parts_->levels) return parts_->levels->bytes();
+    return parts_->tree->tree.bytes() + parts_->tree->texels.size() * sizeof(std::uint32_t);
 }
 
 Image Transport::sum(const Image& flux, const Executor& executor,
                      const std::stop_token& stop) const {
     const TransportSurface& surface = *parts_->surface;
     const RadialKernel& kernel = *parts_->kernel;
-    const int channels = kernel.channels();
     assert(flux.width == surface.width() && flux.height == surface.height());
-    assert(flux.channels == channels);
-    std::vector<float> of_samples;
-    for (const std::uint32_t texel : parts_->texels)
-        for (int c = 0; c < channels; ++c)
-            of_samples.push_back(flux.values[std::size_t(texel) * channels + c]);
-    const TreeFlux in_tree = tree_flux(parts_->tree, of_samples, channels);
-    const TreeSum tree_sum(parts_->tree, in_tree, kernel, parts_->threshold, parts_->simd);
-    Image out(flux.width, flux.height, channels);
-    const int bands = (flux.height + square_side - 1) / square_side;
-    parallel_rows(executor, bands, stop, [&](RowRange rows) {
-        TreeSum::Lists lists;
-        for (int band = rows.begin; band < rows.end; ++band)
-            for (int i = 0; i < flux.width; i += square_side)
-                sum_square(surface, kernel, tree_sum, flux, i, band * square_side, lists, out);
-    });
+    assert(flux.channels == kernel.channels());
+    Image out;
+    if (parts_->spectrum) out = convolved(*parts_->spectrum, masked(surface, flux), executor, stop);
+    else if (parts_->levels) out = parts_->levels->sum(flux, executor, stop);
+    else
+        out = parts_->tree->sum(surface, kernel, parts_->threshold, parts_->simd, flux, executor,
+                                stop);
+    finish(surface, kernel, flux, out, executor, stop);
     return out;
 }
 

@@ -122,17 +122,16 @@ void TreeSum::gather(const Box& box, Lists& lists) const {
         box.distances(place, nearest, farthest);
         if (box.squared_distance(node) > range_squared) {
             k = node.end;
-        } else if (node.area < threshold_ * nearest && !box.meets(node)) {
-            const float* flux = &flux_.of_nodes[k * channels];
-            if (farthest <= 1.35f * nearest)
-                add_distant(box, place, flux, nearest, farthest, lists);
-            else add_source(box, place, flux, lists);
-            k = node.end;
         } else if (node.is_leaf) {
             for (std::uint32_t s = node.first; s < node.first + node.count; ++s) {
                 const float at[3] = {samples.x[s], samples.y[s], samples.z[s]};
                 add_source(box, at, &flux_.of_samples[std::size_t(s) * channels], lists);
             }
+            k = node.end;
+        } else if (node.area < threshold_ * nearest && !box.meets(node)) {
+            const float* flux = &flux_.of_nodes[k * channels];
+            if (farthest <= 1.2f * nearest) add_distant(box, place, flux, nearest, farthest, lists);
+            else add_source(box, place, flux, lists);
             k = node.end;
         } else {
             ++k;

@@ -18,7 +18,7 @@ namespace relit {
 /// one sample where no point lies in its cube and its area / d^2 < threshold, d being the least distance
 /// from its place to the box around the points. A group's sums are therefore a little closer to the
 /// exact ones than its points' own would be. What counts from so far away that the kernel hardly bends
-/// from point to point is a cubic in r^2: within 3e-4 of the table, and most of it.
+/// from point to point is a cubic in r^2: within 1e-4 of the table, and most of it.
 class TreeSum {
 public:
     /// All of them outlive this.

@@ -83,7 +83,7 @@ OrderedJson medium_schema() {
     FieldSchema numbers(1);
     const scatter::Medium medium{.sigma_a = {}, .sigma_s = {}, .g = {}, .eta = 1.3};
     medium_fields(numbers, medium);
-    return {{"oneOf", OrderedJson::array(
+    return {{"anyOf", OrderedJson::array(
                           {{{"type", "string"}, {"enum", std::move(names)}}, numbers.schema()})}};
 }
 
@@ -123,6 +123,10 @@ public:
             fields(below, member);
         } else if constexpr (Like<T, ImageSource> || Like<T, std::optional<ImageSource>>) {
             add(path + ".image", OrderedJson{{"type", "string"}}, sentence);
+        } else if constexpr (Like<T, scatter::Medium>) {
+            OrderedJson schema = medium_schema();
+            schema["default"] = written(member, rule);
+            add(path, std::move(schema), sentence);
         } else if constexpr (Like<T, std::optional<Film>>) {
             FlatFields below(path + ".", list_);
             const Film film;

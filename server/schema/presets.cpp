@@ -76,13 +76,13 @@ constexpr Preset presets[] = {
     {{"translucent-marble", "Marble as measured: light enters it, spreads and comes out around."},
      R"({
         "base": "none",
-        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 1.6},
+        "light": {"type": "directional", "azimuth": 315, "elevation": 22, "intensity": 2},
         "material": {"model": "dipole", "medium": "marble", "mmPerWidth": 60, "depth": 0.004,
                      "highlight": {"lobe": "ward", "k": 0.12, "nt": 12, "nb": 12}}
     })"},
     {{"translucent-skin", "Skin as measured: red edges where shadow begins, a soft sheen."}, R"({
         "base": "none", "relief": 0.25,
-        "light": {"type": "directional", "azimuth": 315, "elevation": 35, "intensity": 2.2},
+        "light": {"type": "directional", "azimuth": 315, "elevation": 35, "intensity": 1.7},
         "material": {"model": "better-dipole", "medium": "skin2", "mmPerWidth": 160, "depth": 0.004,
                      "highlight": {"lobe": "ashikhmin", "k": 0.6, "nt": 8, "nb": 8,
                                    "transport": "local"}}
@@ -112,12 +112,12 @@ constexpr Preset presets[] = {
         "base": "none", "relief": 0.2,
         "light": {"type": "directional", "azimuth": 315, "elevation": 25, "intensity": 2},
         "material": {"model": "dipole", "mmPerWidth": 40, "depth": 0.004,
-                     "medium": {"sigmaA": [0.003, 0.012, 0.08], "sigmaS": [1.3, 1.5, 1.7],
+                     "medium": {"sigmaA": [0.002, 0.02, 0.14], "sigmaS": [1.3, 1.4, 1.5],
                                 "eta": 1.45}}
     })"},
     {{"chocolate-milk", "Chocolate milk as measured, set like a pudding."}, R"({
         "base": "none",
-        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 2.2},
+        "light": {"type": "directional", "azimuth": 315, "elevation": 30, "intensity": 1.1},
         "material": {"model": "dipole", "medium": "chocolate-milk-regular", "mmPerWidth": 60,
                      "depth": 0.004,
                      "highlight": {"lobe": "ward", "k": 0.15, "nt": 20, "nb": 20,
@@ -134,12 +134,12 @@ constexpr Preset presets[] = {
     {{"clownfish", "A fish: a thin film of scales over orange flesh. Made for the fish sample."},
      R"({
         "base": "none", "relief": 0.2,
-        "light": {"type": "directional", "azimuth": 330, "elevation": 50, "intensity": 3},
+        "light": {"type": "directional", "azimuth": 330, "elevation": 40, "intensity": 1.6},
         "material": {"model": "dipole", "mmPerWidth": 110, "depth": 0.004,
-                     "medium": {"sigmaA": [0.006, 0.09, 0.9], "sigmaS": [1.2, 1.1, 1.0],
+                     "medium": {"sigmaA": [0.01, 0.35, 4], "sigmaS": [1.2, 1.1, 1.0],
                                 "eta": 1.37},
                      "film": {"medium": "epidermis", "thickness": 0.006},
-                     "bssrdfWeight": 0.8, "diffuseWeight": 0.2,
+                     "bssrdfWeight": 1.4, "diffuseWeight": 0.05,
                      "highlight": {"lobe": "ashikhmin", "k": 1, "nt": 10, "nb": 40,
                                    "transport": "local"}}
     })"},
@@ -148,7 +148,7 @@ constexpr Preset presets[] = {
         "light": {"type": "directional", "azimuth": 300, "elevation": 12, "intensity": 6,
                   "color": [0.75, 0.9, 1]},
         "material": {"model": "dipole", "mmPerWidth": 12, "depth": 0.006,
-                     "medium": {"sigmaA": [0.01, 0.06, 0.025], "sigmaS": [1.2, 1.0, 1.1],
+                     "medium": {"sigmaA": [0.006, 0.14, 0.05], "sigmaS": [1.4, 1.2, 1.3],
                                 "g": [0.3, 0.3, 0.3], "eta": 1.35},
                      "highlight": {"lobe": "ward", "k": 0.4, "nt": 6, "nb": 6}}
     })"},

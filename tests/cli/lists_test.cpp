@@ -1,4 +1,4 @@
-// relit info, presets, samples, completion, --help; and what clients/cli/README.md shows.
+// relit info, presets, media, samples, completion, --help; and what clients/cli/README.md shows.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -6,6 +6,7 @@
 #include <regex>
 #include <sstream>
 
+#include "core/scatter/medium.h"
 #include "server/schema/presets.h"
 #include "tests/cli/support/cli_process.h"
 #include "tests/support/data.h"
@@ -81,13 +82,18 @@ TEST(CliInfo, TellsOfTheOthersWhenAFileCannotBeRead) {
     EXPECT_EQ(shell("relit info --json README.md", samples).out, "[]\n");
 }
 
-TEST(CliLists, PresetsAndSamplesAreAllNamed) {
+TEST(CliLists, PresetsMediaAndSamplesAreAllNamed) {
     const Ran presets = shell("relit presets", samples);
     const Ran json = shell("relit presets --json", samples);
     EXPECT_EQ(presets.status + json.status, 0);
     for (const server::PresetInfo& preset : server::preset_list()) {
         EXPECT_TRUE(contains("\n" + presets.out, "\n" + std::string(preset.name) + " "));
         EXPECT_TRUE(contains(json.out, "\"name\": \"" + std::string(preset.name) + '"'));
+    }
+    const Ran media = shell("relit media; relit media --json", samples);
+    for (const scatter::NamedMedium& medium : scatter::measured_media()) {
+        EXPECT_TRUE(contains("\n" + media.out, "\n" + std::string(medium.name) + " "));
+        EXPECT_TRUE(contains(media.out, "\"name\": \"" + std::string(medium.name) + '"'));
     }
     const Ran listed = shell("relit samples; relit samples --json", samples);
     for (const char* name : {"plato", "head", "fish", "st-helens", "venice-sunset", "rainbow"}) {

@@ -3,13 +3,10 @@
 #include <cmath>
 
 namespace relit::test::reference {
-namespace {
 
 std::string below(const std::string& path, const std::string& name) {
     return path.empty() ? name : path + '.' + name;
 }
-
-}  // namespace
 
 Fields::Fields(std::string path, const Json& object) : path_(std::move(path)), object_(&object) {
     if (!object.is_object()) throw BadCase(path_.empty() ? "all of it" : path_, "is not an object");

@@ -14,6 +14,9 @@ namespace relit::test::reference {
 
 using Json = nlohmann::json;
 
+/// "path.name"; "name" below the empty path.
+[[nodiscard]] std::string below(const std::string& path, const std::string& name);
+
 /// A case that cannot be judged: what() names the field.
 struct BadCase : std::runtime_error {
     BadCase(const std::string& field, const std::string& what)

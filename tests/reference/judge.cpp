@@ -65,8 +65,8 @@ private:
         if (!got.is_object()) throw BadCase(path, "is an object, where the function gives none");
         for (const auto& [name, value] : expected.items()) {
             if (name == "octree") continue;  // errors of another tree, no values of the function
-            if (!got.contains(name)) throw BadCase(path + '.' + name, "is not of the function");
-            compare(path + '.' + name, value, got.at(name));
+            if (!got.contains(name)) throw BadCase(below(path, name), "is not of the function");
+            compare(below(path, name), value, got.at(name));
         }
     }
 

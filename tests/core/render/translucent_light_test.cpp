@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -317,6 +318,38 @@ TEST(TranslucentLight, IsFiniteForMediaAtTheEdgesOfTheirRanges) {
                                 << int(model);
                     }
                 }
+}
+
+TEST(TranslucentLight, LightFromBehindComesThroughAPanelAsFarAsItsMediumLetsIt) {
+    // A flat panel lit evenly from behind: the integral of R over its back, by rings.
+    Material m = dipole_of("skin1", 40);
+    Scene scene = scene_of(flat(40, 40), m, sun(-90));
+    scene.base = {Base::Kind::level, -0.01};
+    const double thickness = 0.5 * scene.relief + 0.01, eta = m.medium.eta;
+    const double t = scatter::transmittance(1, eta);
+    const Image picture = rendered(scene, layer(Layer::subsurface));
+    for (int c = 0; c < 3; ++c) {
+        const scatter::StandardDipole dipole(scatter::channel(m.medium, c, 40));
+        double through = 0;
+        for (int n = 0; n < 100'000; ++n) {
+            const double rho = (n + 0.5) * 1e-4;
+            through += dipole.at(std::hypot(rho, thickness)) * 2 * std::numbers::pi * rho * 1e-4;
+        }
+        const double expected = t * t / scatter::diffuse_transmittance(eta) * through;
+        EXPECT_NEAR(at_middle(picture, c) / expected, 1, 1e-3) << c;
+    }
+    EXPECT_GT(at_middle(picture, 0), 3 * at_middle(picture, 2)) << "red goes farther";
+    PointLight lamp;
+    lamp.position = {0.5, 0.5, -0.4};
+    scene.lights = {lamp};
+    const Image lit = rendered(scene, layer(Layer::subsurface));
+    EXPECT_GT(at_middle(lit), 1.2 * lit.at(0, 0, 0)) << "brightest before the lamp";
+    EnvironmentLight sky;
+    sky.map = environment_of(48, [](Vec3) { return Rgb{1, 1, 1}; });
+    scene.lights = {sky};
+    const Image with_back = rendered(scene, layer(Layer::subsurface));
+    scene.base = {};
+    EXPECT_GT(at_middle(with_back), 1.001 * at_middle(rendered(scene, layer(Layer::subsurface))));
 }
 
 TEST(TranslucentLight, OfNoLightIsNothing) {

@@ -144,7 +144,7 @@ TEST_F(OpenApiEndToEnd, EveryPresetAndEverySampleRenders) {
     const Json samples = Json::parse(http(relitd.port(), "GET", "/v1/samples").body)["samples"];
     const Json presets = Json::parse(http(relitd.port(), "GET", "/v1/presets").body)["presets"];
     ASSERT_EQ(samples.size(), 6u);
-    ASSERT_EQ(presets.size(), 10u);
+    ASSERT_EQ(presets.size(), 20u);
     const std::string relief = samples[0]["id"];
     const auto render = [&](Json scene, const std::string& height) {
         scene["height"] = {{"image", height}};

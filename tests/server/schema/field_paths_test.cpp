@@ -14,19 +14,24 @@ namespace {
 
 using namespace server;
 
-// Whether a scene takes the value, with a light of some type.
-bool some_scene_takes(const std::string& path, const std::string& value) {
-    for (const char* light : {R"("type": "point")", R"("type": "directional")",
-                              R"("type": "environment", "image": {"image": "a"})"}) {
-        const std::string scene =
-            R"({"height": {"image": "a"}, "light": {)" + std::string(light) + "}}";
-        try {
-            (void)parse_scene(with_settings(scene, {{path, value}}), 1);
-            return true;
-        } catch (const Error& e) {
-            if (value.empty() && e.code == error_code::invalid_value) return true;
-        }
+bool takes(const std::string& scene, const std::string& path, const std::string& value) {
+    try {
+        (void)parse_scene(with_settings(scene, {{path, value}}), 1);
+        return true;
+    } catch (const Error& e) {
+        return value.empty() && e.code == error_code::invalid_value;
     }
+}
+
+// Whether a scene takes the value, with a light of some type and a material of some model.
+bool some_scene_takes(const std::string& path, const std::string& value) {
+    for (const std::string light : {R"("type": "point")", R"("type": "directional")",
+                                    R"("type": "environment", "image": {"image": "a"})"})
+        for (const std::string model : {"integrated", "dipole"})
+            if (takes(R"({"height": {"image": "a"}, "light": {)" + light +
+                          R"(}, "material": {"model": ")" + model + R"("}})",
+                      path, value))
+                return true;
     return false;
 }
 

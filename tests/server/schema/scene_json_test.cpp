@@ -40,9 +40,11 @@ TEST(SceneJson, OfHeightAloneHasEveryDefault) {
         scene_json(parse_scene(scene_with(""), 1)),
         R"({"height":{"image":"h"},"alpha":null,"albedo":null,"relief":0.15,"base":"none","normalScale":1,)"
         R"("light":{"type":"point","position":[0.1,1,0.6],"color":"#ffffff","intensity":1},)"
-        R"("material":{"baseColor":"#000000","diffuseColor":"#ffffff","specularColor":"#ffffff","depth":0.008,)"
+        R"("material":{"model":"integrated","baseColor":"#000000","diffuseColor":"#ffffff","specularColor":"#ffffff","depth":0.008,)"
         R"("offset":"normal","illumination":"length","attenuation":20,"steps":100,)"
-        R"("specular":{"k":0,"falloff":[0,1],"occlude":false},"scatter":{"k":0,"falloff":[0,1]}},)"
+        R"("specular":{"k":0,"falloff":[0,1],"occlude":false},"scatter":{"k":0,"falloff":[0,1]},)"
+        R"("medium":"marble","mmPerWidth":80,"bssrdfWeight":1,"diffuseWeight":0,"film":null,)"
+        R"("highlight":{"lobe":"ward","transport":"subsurface","k":0,"nt":10,"nb":10,"exponent":10}},)"
         R"("output":{"format":"png","layer":"beauty","accuracy":"final","width":null,"height":null,"region":null,)"
         R"("bitDepth":null,"quality":85,"effort":"fast","exposure":0,"tone":"clip","transfer":"srgb","background":null}})");
 }
@@ -50,6 +52,7 @@ TEST(SceneJson, OfHeightAloneHasEveryDefault) {
 TEST(SceneJson, WritesWhatItReads) {
     const char* scenes[] = {
         R"("light": {"type": "directional"})",
+        R"("material": {"model": "dipole", "medium": {"sigmaA": [0, 1, 2], "sigmaS": [1, 2, 3]}, "film": {"thickness": 1, "g": 0.5}})",
         R"("light": {"type": "directional", "direction": [1, 2, -0.5], "color": [0.5, 1, 20]})",
         R"("light": {"type": "environment", "image": {"part": "sky"}, "rotation": [90, -10], "intensity": 2.5, "weighting": "uniform", "radius": 1})",
         R"("lights": [{"type": "point"}, {"type": "directional", "azimuth": 12, "elevation": -5}])",
@@ -77,6 +80,20 @@ TEST(SceneJson, IsTheSameTextForTheSameMeaning) {
 TEST(SceneJson, RefusesWhatIsWrongNamingTheField) {
     using namespace error_code;
     const Refusal refusals[] = {
+        {R"("output": {"layer": "subsurface"})", error_code::invalid_value, "/output/layer",
+         "needs a model of subsurface scattering"},
+        {R"("material": {"model": "dipole", "illumination": "count"})", error_code::invalid_value,
+         "/material/illumination", "subsurface scattering"},
+        {R"("material": {"illumination": "count"}, "output": {"layer": "irradiance"})",
+         error_code::invalid_value, "/material/illumination", "'irradiance'"},
+        {R"("material": {"highlight": {"nt": 0}})", error_code::invalid_value,
+         "/material/highlight/nt", "above 0"},
+        {R"("material": {"medium": {"sigmaA": [1, 1, 1]}})", error_code::missing_field,
+         "/material/medium/sigmaS", "missing"},
+        {R"("material": {"medium": {"sigmaA": [1, 1, 1], "sigmaS": [1, 1, 1], "sigmaT": 1}})",
+         error_code::unknown_field, "/material/medium/sigmaT", "'sigmaS'"},
+        {R"("material": {"film": {"medium": "paint"}})", error_code::invalid_value,
+         "/material/film/medium", "GET /v1/media"},
         {R"("relif": 1)", unknown_field, "/relif", "'relief'"},
         {R"("material": {"specular": {"K": 1}})", unknown_field, "/material/specular/K",
          "'k', 'falloff' and 'occlude'"},
