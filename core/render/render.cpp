@@ -408,6 +408,7 @@ Picture render(const Scene& scene, const Output& output, const RenderControl& co
         const Scene small{
             .field = smaller_shared_field(*scene.field, size.width, size.height, control),
             .relief = scene.relief,
+            .bump_relief = scene.bump_relief,
             .base = scene.base,
             .normal_scale = scene.normal_scale,
             .lights = scene.lights,

@@ -93,7 +93,7 @@ void multiply_by_view(Image& light, const PreparedSolid& prepared, const RenderC
     parallel_rows(control.executor, light.height, control.stop, [&](RowRange rows) {
         for (int j = rows.begin; j < rows.end; ++j)
             for (int i = 0; i < light.width; ++i) {
-                const Rgb share = share_of(normal_z(prepared.slopes, i, j));
+                const Rgb share = share_of(normal_z(prepared.shading_slopes(), i, j));
                 float* const out = &light.at(i, j);
                 out[0] *= float(share.r), out[1] *= float(share.g), out[2] *= float(share.b);
             }
