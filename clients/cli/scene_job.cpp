@@ -88,6 +88,7 @@ std::vector<Setting> settings_of_flags(const SceneOptions& options, SceneJob& jo
     add_image("height", options.relief, settings, job);
     add_image("alpha", options.alpha, settings, job);
     add_image("albedo", options.albedo, settings, job);
+    add_image("bump", options.bump, settings, job);
     add_text("light", options.light, settings);
     add_text("sun", options.sun, settings);
     add_environment(options.env, settings, job);
@@ -112,7 +113,7 @@ std::vector<Setting> settings_of_set(const std::vector<std::string>& set) {
 void check_stdin_is_read_once(const SceneOptions& options) {
     const bool env = options.env == "-" || options.env.starts_with("-,");
     const int readers = (options.relief == "-") + (options.scene == "-") + (options.alpha == "-") +
-                        (options.albedo == "-") + env;
+                        (options.albedo == "-") + (options.bump == "-") + env;
     if (readers > 1) throw Failure(Exit::usage, "stdin (-) can be one input only");
 }
 
