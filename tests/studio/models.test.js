@@ -158,9 +158,11 @@ const detailOf = (page) =>
   })
 
 test('a film comes with its medium and thickness and goes, lobes of highlights are ones that the server takes', async () => {
-  const page = await withModel('dipole')
+  const page = await withModel('dipole', { colorScheme: 'dark' })
   const film = page.getByText('Film on the surface')
   await film.click()
+  await page.locator('.numbers:visible summary').first().click()
+  assert.deepEqual(await violations(page), [])
   assert.deepEqual((await material(page)).film, { medium: 'epidermis', thickness: 0.01, g: null })
   await type(row(page, 'Thickness').locator('input.figure'), 0.05)
   await pick(page, 'Film of', 'dermis')
