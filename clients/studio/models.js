@@ -50,7 +50,7 @@ export const models = [
 export const caution =
   'None of these is the truth. Dipoles take the relief for a flat, deep block around the place where light enters: beside ' +
   'a simulation of light they are 10 to 30 % off near that place, in media that absorb much, and where the relief is thin ' +
-  'or strongly curved. Light from behind shines through a panel with the integrated model alone.'
+  'or strongly curved. A light behind a panel is taken to shine on its back evenly all around.'
 
 /** Whether light is carried below the surface of the scene, which may be a short one. */
 export const isTranslucent = ({ material }) => (material?.model ?? 'integrated') !== 'integrated'

@@ -174,7 +174,9 @@ TranslucentLight beauty_light(const Scene& scene, const Output& output,
                                         .highlight = has_highlight(m),
                                         .reflected = m.film.has_value()},
                                        control);
-    TranslucentLight result{.coarse_directions = light.coarse_directions};
+    const bool carries = m.bssrdf_weight > 0 || (has_highlight(m) && is_carried(m.highlight));
+    TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
+                            .coarse_directions = light.coarse_directions};
     result.matt = std::move(light.irradiance);
     for (float& v : result.matt.values) v *= float(m.diffuse_weight);
     if (m.bssrdf_weight > 0)
@@ -193,7 +195,9 @@ TranslucentLight layer_light(const Scene& scene, const Output& output,
     const bool shines = output.layer == Layer::highlight;
     SurfaceLight light =
         surface_light(scene, output, prepared, {.entering = enters, .highlight = shines}, control);
-    TranslucentLight result{.coarse_directions = light.coarse_directions};
+    const bool carries = enters || (shines && is_carried(scene.material.highlight));
+    TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
+                            .coarse_directions = light.coarse_directions};
     if (enters) result.layer = subsurface(scene, output, prepared, light, control);
     else if (shines)
         result.layer = highlight(scene, output, prepared, std::move(light.highlight), control);
