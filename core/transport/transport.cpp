@@ -38,7 +38,7 @@ Demands demands_of(TransportAccuracy accuracy) {
         case TransportAccuracy::preview:
             return {0.01, 3, 1.1, 0.05, 0.3f};
         case TransportAccuracy::final:
-            return {0.003, 4, 2.2, 0.001, 0.08f};
+            return {0.003, 4, 2.2, 0.001, 0.05f};
         case TransportAccuracy::exact:
             break;
     }

@@ -112,7 +112,8 @@ RELIT_INLINE Floats gather(const float* from, Ints at) {
 // 32 numbers, of which any can be picked. @pre 0 <= at < 32
 struct Picked32 {
     Floats left, right;
-    RELIT_INLINE explicit Picked32(const float* from) : left(load(from)), right(load(from + lanes)) {}
+    RELIT_INLINE explicit Picked32(const float* from)
+        : left(load(from)), right(load(from + lanes)) {}
     RELIT_INLINE Floats operator()(Ints at) const {
         return {_mm512_permutex2var_ps(left.v, at.v, right.v)};
     }
