@@ -62,8 +62,8 @@ export function bindModels(store, client, catalogue, ask, media) {
     const { material } = store.scene
     const medium = listedMedium(material.medium, media)?.title ?? 'one of its own'
     document.getElementById('models-of').textContent =
-      `This relief under a sun at six heights. Medium of all but the first: ${medium}, ${material.mmPerWidth} mm wide. ` +
-      'Choose a picture to take its model; your lights stay.'
+      `This relief under a sun at six heights. Medium of all but the first: ${medium}, ${material.mmPerWidth} mm wide; ` +
+      'the colours of the scene tint it. Choose a picture to take its model; your lights stay.'
     document.getElementById('models-caution').textContent = caution
     const sections = models.map(section)
     list.replaceChildren(...sections.map(({ root }) => root))
