@@ -276,6 +276,9 @@ export const sceneControls = {
   ],
   relief: [
     logarithmic('relief', 'Height', 0.005, 2, 'How far white stands out from black; higher throws longer shadows.'),
+    logarithmic('bumpRelief', 'Bumps', 0.0005, 0.2, 'How far white stands out from black in the bump map.', {
+      when: ({ bump }) => bump,
+    }),
     number('normalScale', 'Slopes', 0, 5, 0.01, 'Exaggerates the fine relief that highlights show.'),
     number(
       'base',

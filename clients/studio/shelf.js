@@ -40,8 +40,8 @@ export function bindShelf(store, client, catalogue, ask, actions) {
   }
 
   function showLooks() {
-    const { height, alpha, albedo } = store.scene
-    const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }) }
+    const { height, alpha, albedo, bump } = store.scene
+    const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }), ...(bump && { bump }) }
     const isBelow = ({ scene }) => isTranslucent(scene)
     const cards = (presets) => () =>
       presets.map((preset) => {
@@ -127,7 +127,7 @@ export function bindShelf(store, client, catalogue, ask, actions) {
   }
 }
 
-/** What a file that was opened becomes: the scene with it in its place. @param role  height, alpha, albedo or environment */
+/** What a file that was opened becomes: the scene with it in its place. @param role  height, alpha, albedo, bump or environment */
 export function sceneWith(scene, role, id, active) {
   if (role === 'height') return overMap(scene, id)
   if (role !== 'environment') return { ...scene, [role]: { image: id } }

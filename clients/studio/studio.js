@@ -93,8 +93,8 @@ const openRelief = chosen(async (isNewest, relief) => {
 })
 
 const choosePreset = chosen(async (isNewest, name) => {
-  const { height, alpha, albedo, output } = store.scene
-  const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }) }
+  const { height, alpha, albedo, bump, output } = store.scene
+  const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }), ...(bump && { bump }) }
   const whole = heldScene((await patiently(() => client.scene({ preset: name, ...images }))).scene)
   if (!isNewest()) return
   const scene = { ...whole, output: { ...whole.output, ...fileOf(output) } }

@@ -228,6 +228,7 @@ test('every field of a scene has a control, within what the server takes', async
     'height',
     'alpha',
     'albedo',
+    'bump',
     'light',
     'lights',
     'output.layer',
