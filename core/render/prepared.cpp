@@ -159,6 +159,29 @@ std::shared_ptr<const Transport> prepared_transport(const Scene& scene,
     });
 }
 
+std::shared_ptr<const DirectionalSum> prepared_directional_sum(const Scene& scene,
+                                                               const PreparedSolid& prepared,
+                                                               const TransportSurface& surface,
+                                                               TransportAccuracy accuracy,
+                                                               const RenderControl& control) {
+    const Material& m = scene.material;
+    std::string key = key_of("directional-sum", m.mm_per_width, m.medium.eta, int(accuracy),
+                             int(control.simd), scene.relief, scene.field->shape_key);
+    for (int c = 0; c < 3; ++c)
+        key += key_of(m.medium.sigma_a[c], m.medium.sigma_s[c], m.medium.g[c]);
+    return shared<DirectionalSum>(control.cache, *scene.field, key, [&] {
+        std::array<scatter::DirectionalDipole, 3> dipoles;
+        for (int c = 0; c < 3; ++c)
+            dipoles[c] = scatter::directional_dipole(scatter::channel(m.medium, c, m.mm_per_width),
+                                                     {.robust = true});
+        auto made =
+            std::make_shared<const DirectionalSum>(surface, prepared.slopes, dipoles, accuracy,
+                                                   control.executor, control.stop, control.simd);
+        const std::uint64_t bytes = made->bytes();
+        return SharedCache::Made<DirectionalSum>{std::move(made), bytes};
+    });
+}
+
 PreparedSky prepared_sky(const Scene& scene, const Solid& solid, Rect part, bool preview,
                          const RenderControl& control) {
     const HeightField& field = *scene.field;

@@ -10,6 +10,7 @@
 #include "core/light/environment.h"
 #include "core/render/fringe.h"
 #include "core/render/render.h"
+#include "core/transport/directional_sum.h"
 #include "core/transport/transport.h"
 #include "core/visibility/inside_lengths.h"
 #include "core/visibility/sky_transfer.h"
@@ -63,6 +64,11 @@ struct CarryingKernel {
 [[nodiscard]] std::shared_ptr<const Transport> prepared_transport(
     const Scene& scene, std::shared_ptr<const TransportSurface> surface,
     const CarryingKernel& kernel, TransportAccuracy accuracy, const RenderControl& control);
+
+/// What sums the directional dipole of the scene's material over its surface. @throws Error cancelled
+[[nodiscard]] std::shared_ptr<const DirectionalSum> prepared_directional_sum(
+    const Scene& scene, const PreparedSolid& prepared, const TransportSurface& surface,
+    TransportAccuracy accuracy, const RenderControl& control);
 
 /// What the light of a sky does to the texels of `part`.
 struct PreparedSky {

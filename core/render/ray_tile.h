@@ -92,6 +92,11 @@ struct TileSums {
         for (int k = 0; k < count; ++k) g[k] += share[k] * cg;
         for (int k = 0; k < count; ++k) b[k] += share[k] * cb;
     }
+    void add(int count, const TileSums& other) {
+        for (int k = 0; k < count; ++k) r[k] += other.r[k];
+        for (int k = 0; k < count; ++k) g[k] += other.g[k];
+        for (int k = 0; k < count; ++k) b[k] += other.b[k];
+    }
     void add(int k, Rgb colour) {
         r[k] += float(colour.r);
         g[k] += float(colour.g);

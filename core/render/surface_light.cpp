@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/base/hemisphere.h"
 #include "core/render/film_light.h"
 #include "core/render/ray_tile.h"
 #include "core/render/scene_lights.h"
@@ -43,6 +44,7 @@ struct SurfaceTile {
     TileNumbers slope_x, slope_y, normal_z;
     TileNumbers own_slope_x, own_slope_y;  // without the bump map, where there is one
     TileSums irradiance, entering, entering_behind, highlight, reflected;
+    TileSums inward;  // x, y, z, times the luminance of what enters
 
     SurfaceTile(const PreparedSolid& prepared, std::span<const TexelIndex> texels)
         : starts(surface_starts(prepared.solid, texels)) {
@@ -58,6 +60,17 @@ struct SurfaceTile {
     }
 };
 
+// Mean cosine below the surface of diffuse light that enters, 0.86 at eta 1.3 and 0.89 at 1.5.
+double mean_refracted_cosine(double eta) {
+    double sum = 0, all = 0;
+    for (const hemisphere::Node& node : hemisphere::nodes(32)) {
+        const double enters = node.weight * node.z * scatter::transmittance(node.z, eta);
+        sum += enters * scatter::refracted_cosine(node.z, eta);
+        all += enters;
+    }
+    return sum / all;
+}
+
 class SurfaceLighting {
 public:
     SurfaceLighting(const Scene& scene, const Output& output, const PreparedSolid& prepared,
@@ -68,7 +81,8 @@ public:
           lights_(scene_lights(
               scene, output.transfer, environment_sampling(output), prepared.solid.y_size(),
               skies_of(matt_scene(scene), output, prepared, control), control.cache)),
-          diffuse_entry_(4 * scatter::c_phi(scatter::moments(1 / scene.material.medium.eta))) {
+          diffuse_entry_(4 * scatter::c_phi(scatter::moments(1 / scene.material.medium.eta))),
+          diffuse_depth_(mean_refracted_cosine(scene.material.medium.eta)) {
         if (scene.material.film) film_.emplace(*scene.material.film, scene.material.medium.eta);
         if (parts.highlight) lobe_tables_.resize(scene.lights.size());
         for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
@@ -110,8 +124,10 @@ private:
     void add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const;
     void add_behind(const LightSample& sample, SurfaceTile& tile) const;
     [[nodiscard]] Rgb behind_sky(std::size_t light, const RenderControl& control) const;
-    void add_entering(const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
-                      SurfaceTile& tile) const;
+    void add_entering(int count, const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
+                      TileSums& entering) const;
+    void add_inward(const TileSums& entering, const TileDirections& light, SurfaceTile& tile) const;
+    void add_diffuse_entering(int k, Rgb lit, SurfaceTile& tile) const;
     void add_reflected(const TileNumbers& lit, const TileDirections& light, Rgb radiance,
                        SurfaceTile& tile) const;
     void fill_visibility(const RayTarget& light, const RayTile& starts, TileNumbers& v) const;
@@ -125,6 +141,7 @@ private:
     const SurfaceLightParts parts_;
     const SceneLights lights_;
     const double diffuse_entry_;  // F_dt of the medium
+    const double diffuse_depth_;  // of -w_12 . n of diffuse light
     std::optional<FilmLight> film_;
     std::vector<std::unique_ptr<const NormalTable>> lobe_tables_;  // of skies
     Rgb behind_skies_;  // B / pi that they send to a back
@@ -203,7 +220,12 @@ void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& t
     for (int k = 0; k < count; ++k)
         lit[k] *= cosine[k] * ((1 - k_f) + (k_f > 0 ? k_f * ramp(-light.z[k]) : 0));
     tile.irradiance.add(count, lit, sample.radiance);
-    if (parts_.entering) add_entering(lit, cosine, sample.radiance, tile);
+    if (parts_.entering) {
+        TileSums entering;
+        add_entering(count, lit, cosine, sample.radiance, entering);
+        tile.entering.add(count, entering);
+        if (parts_.inward) add_inward(entering, light, tile);
+    }
     if (parts_.reflected) add_reflected(lit, light, sample.radiance, tile);
     if (!parts_.highlight || is_sun) return;  // a sky's table has the suns as well
     TileNumbers shine{};
@@ -215,18 +237,30 @@ void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& t
     tile.highlight.add(count, shine, sample.radiance);
 }
 
-void SurfaceLighting::add_entering(const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
-                                   SurfaceTile& tile) const {
-    const int count = tile.starts.count;
+void SurfaceLighting::add_entering(int count, const TileNumbers& lit, const TileNumbers& cosine,
+                                   Rgb radiance, TileSums& entering) const {
     if (film_) {
         for (int k = 0; k < count; ++k)
-            tile.entering.add(k, lit[k] * (film_->entering(cosine[k]) * radiance));
+            entering.add(k, lit[k] * (film_->entering(cosine[k]) * radiance));
         return;
     }
     TileNumbers share;
     for (int k = 0; k < count; ++k)
         share[k] = lit[k] * float(scatter::transmittance(cosine[k], scene_.material.medium.eta));
-    tile.entering.add(count, share, radiance);
+    entering.add(count, share, radiance);
+}
+
+// A light's way below the surface, by what of it enters.
+void SurfaceLighting::add_inward(const TileSums& entering, const TileDirections& light,
+                                 SurfaceTile& tile) const {
+    const double eta = scene_.material.medium.eta;
+    for (int k = 0; k < tile.starts.count; ++k) {
+        const double weight = luminance(entering.at(k));
+        if (!(weight > 0)) continue;
+        const Vec3 w =
+            scatter::refracted({light.x[k], light.y[k], light.z[k]}, tile.normal(k, 1), eta);
+        tile.inward.add(k, Rgb{weight * w.x, weight * w.y, weight * w.z});
+    }
 }
 
 void SurfaceLighting::add_reflected(const TileNumbers& lit, const TileDirections& light,
@@ -238,6 +272,14 @@ void SurfaceLighting::add_reflected(const TileNumbers& lit, const TileDirections
                                             radiance));
 }
 
+void SurfaceLighting::add_diffuse_entering(int k, Rgb lit, SurfaceTile& tile) const {
+    const Rgb entering = film_ ? film_->diffuse_entering() * lit : diffuse_entry_ * lit;
+    tile.entering.add(k, entering);
+    if (!parts_.inward) return;
+    const Vec3 w = -(diffuse_depth_ * luminance(entering)) * tile.normal(k, 1);
+    tile.inward.add(k, Rgb{w.x, w.y, w.z});
+}
+
 // Skies without their suns: E / pi is what they know, and light from everywhere enters as diffuse
 // light does.
 void SurfaceLighting::add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const {
@@ -247,9 +289,7 @@ void SurfaceLighting::add_skies(std::span<const TexelIndex> texels, SurfaceTile&
         const std::vector<Rgb> lit = lights_.skies[n]->diffuse(texels);
         for (int k = 0; k < tile.starts.count; ++k) {
             tile.irradiance.add(k, lit[k]);
-            if (parts_.entering)
-                tile.entering.add(
-                    k, film_ ? film_->diffuse_entering() * lit[k] : diffuse_entry_ * lit[k]);
+            if (parts_.entering) add_diffuse_entering(k, lit[k], tile);
             if (parts_.reflected)
                 tile.reflected.add(k, film_->diffuse_reflected(tile.normal_z[k]) * lit[k]);
             if (parts_.highlight)
@@ -291,6 +331,15 @@ void store(const TileSums& sums, std::span<const TexelIndex> texels, Image& imag
     }
 }
 
+void store_inward(const SurfaceTile& tile, std::span<const TexelIndex> texels, Image& image) {
+    TileSums mean;
+    for (int k = 0; k < tile.starts.count; ++k) {
+        const double weight = luminance(tile.entering.at(k));
+        if (weight > 0) mean.add(k, (1 / weight) * tile.inward.at(k));
+    }
+    store(mean, texels, image);
+}
+
 // The texels of a square of the map that are material.
 std::vector<TexelIndex> solid_texels(const HeightField& field, int column, int row) {
     std::vector<TexelIndex> texels;
@@ -314,6 +363,7 @@ SurfaceLight surface_light(const Scene& scene, const Output& output, const Prepa
     SurfaceLight light{.irradiance = image(true),
                        .entering = image(parts.entering),
                        .entering_behind = image(lighting.has_back()),
+                       .inward = image(parts.inward),
                        .highlight = image(parts.highlight),
                        .reflected = image(parts.reflected),
                        .coarse_directions = lighting.coarse_directions()};
@@ -328,6 +378,7 @@ SurfaceLight surface_light(const Scene& scene, const Output& output, const Prepa
             store(tile.irradiance, texels, light.irradiance);
             store(tile.entering, texels, light.entering);
             store(tile.entering_behind, texels, light.entering_behind);
+            store_inward(tile, texels, light.inward);
             store(tile.highlight, texels, light.highlight);
             store(tile.reflected, texels, light.reflected);
         }

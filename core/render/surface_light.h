@@ -18,6 +18,7 @@ struct SurfaceLightParts {
     bool entering = false;
     bool highlight = false;
     bool reflected = false;  ///< by the film
+    bool inward = false;     ///< with `entering` only
 };
 
 /// RGB per texel of the map, what was not asked for empty. 0 at texels that are no material.
@@ -29,6 +30,10 @@ struct SurfaceLight {
     /// B / pi at the back of a panel, straight behind the texel; empty over endless ground. Nothing
     /// stands between a back and a light, and no film is on it.
     Image entering_behind;
+    /// w_12, into the surface: the mean over lights weighted by the luminance of what enters, shorter
+    /// than 1 where there are several. Diffuse light of a sky goes down the normal, as long as the mean
+    /// of all that enters of it. A film bends light as the body below it does. 0 where nothing enters.
+    Image inward;
     Image highlight;            ///< sum over lights of f V, f one of scatter/lobes.h
     Image reflected;            ///< radiance that the film scatters back to the viewer
     int coarse_directions = 0;  ///< as SkyLight::coarse_directions(), the fewest of all lights

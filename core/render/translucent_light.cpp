@@ -1,6 +1,7 @@
 #include "core/render/translucent_light.h"
 
 #include <cassert>
+#include <numbers>
 #include <string>
 
 #include "core/base/key.h"
@@ -20,16 +21,20 @@ bool is_carried(const Highlight& highlight) {
     return highlight.transport == HighlightTransport::subsurface;
 }
 
+bool knows_directions(const Material& m) { return m.model == Model::directional_dipole; }
+
 TransportAccuracy transport_accuracy(const Output& output) {
     return output.accuracy == Accuracy::preview ? TransportAccuracy::preview
                                                 : TransportAccuracy::final;
 }
 
-// R of colour c, in scene units.
+// R of colour c, in scene units. The directional dipole has none but shares its boundary with the
+// better one, which stands for it where light comes from behind.
 RadialProfile diffusion_profile(const Material& m, int c) {
     const scatter::Coefficients medium = scatter::channel(m.medium, c, m.mm_per_width);
     switch (m.model) {
         case Model::better_dipole:
+        case Model::directional_dipole:
             return radial_profile(scatter::BetterDipole(medium));
         case Model::normalised_diffusion:
             return radial_profile(scatter::NormalisedDiffusion(medium));
@@ -81,6 +86,20 @@ Image carried(const Scene& scene, const Output& output, const PreparedSolid& pre
                           control.stop);
 }
 
+// The sum of the directional dipole over light that enters, as M_o / pi: S_d is what leaves per solid
+// angle, a share of F_dt of it given back by multiply_by_view() (translucency, section 3).
+Image carried_by_directions(const Scene& scene, const Output& output, const PreparedSolid& prepared,
+                            SurfaceLight& light, const RenderControl& control) {
+    const auto surface = prepared_surface(scene, prepared, control);
+    const auto sum =
+        prepared_directional_sum(scene, prepared, *surface, transport_accuracy(output), control);
+    const auto scale =
+        float(std::numbers::pi * scatter::diffuse_transmittance(scene.material.medium.eta));
+    Image flux = flux_of(std::move(light.entering), *surface, control);
+    for (float& f : flux.values) f *= scale;
+    return sum->sum(flux, light.inward, control.executor, control.stop);
+}
+
 double normal_z(const Image& slopes, int i, int j) {
     const double x = slopes.at(i, j, 0), y = slopes.at(i, j, 1);
     return 1 / std::sqrt(1 + x * x + y * y);
@@ -124,10 +143,12 @@ void add_through(const Scene& scene, const PreparedSolid& prepared, const Image&
 Image subsurface(const Scene& scene, const Output& output, const PreparedSolid& prepared,
                  SurfaceLight& light, const RenderControl& control) {
     const Material& m = scene.material;
-    Image leaving = carried(
-        scene, output, prepared, std::move(light.entering),
-        {.name = diffusion_name(m), .profile = [&](int c) { return diffusion_profile(m, c); }},
-        control);
+    Image leaving = knows_directions(m)
+                        ? carried_by_directions(scene, output, prepared, light, control)
+                        : carried(scene, output, prepared, std::move(light.entering),
+                                  {.name = diffusion_name(m),
+                                   .profile = [&](int c) { return diffusion_profile(m, c); }},
+                                  control);
     add_through(scene, prepared, light.entering_behind, control, leaving);
     const double eta = m.medium.eta;
     const double all = 4 * scatter::c_phi(scatter::moments(1 / eta));  // F_dt
@@ -172,7 +193,8 @@ TranslucentLight beauty_light(const Scene& scene, const Output& output,
     SurfaceLight light = surface_light(scene, output, prepared,
                                        {.entering = m.bssrdf_weight > 0,
                                         .highlight = has_highlight(m),
-                                        .reflected = m.film.has_value()},
+                                        .reflected = m.film.has_value(),
+                                        .inward = knows_directions(m)},
                                        control);
     const bool carries = m.bssrdf_weight > 0 || (has_highlight(m) && is_carried(m.highlight));
     TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
@@ -193,8 +215,11 @@ TranslucentLight layer_light(const Scene& scene, const Output& output,
                              const PreparedSolid& prepared, const RenderControl& control) {
     const bool enters = output.layer == Layer::subsurface;
     const bool shines = output.layer == Layer::highlight;
-    SurfaceLight light =
-        surface_light(scene, output, prepared, {.entering = enters, .highlight = shines}, control);
+    SurfaceLight light = surface_light(scene, output, prepared,
+                                       {.entering = enters,
+                                        .highlight = shines,
+                                        .inward = enters && knows_directions(scene.material)},
+                                       control);
     const bool carries = enters || (shines && is_carried(scene.material.highlight));
     TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
                             .coarse_directions = light.coarse_directions};

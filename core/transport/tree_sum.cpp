@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/transport/point_box.h"
+
 namespace relit {
 namespace {
 
@@ -39,49 +41,6 @@ struct Cubic {
 
 }  // namespace
 
-// Around the points; positions in lists count from its centre.
-struct TreeSum::Box {
-    float low[3], high[3], centre[3];
-
-    explicit Box(const kernels::PointGroup& points) {
-        const float* const axes[] = {points.x, points.y, points.z};
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto [l, h] = std::minmax_element(axes[axis], axes[axis] + kernels::group_points);
-            low[axis] = *l;
-            high[axis] = *h;
-            centre[axis] = (*l + *h) / 2;
-        }
-    }
-
-    // Squared distances from `place` to its nearest and its farthest point.
-    void distances(const float* place, float& nearest, float& farthest) const {
-        nearest = farthest = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const float below = low[axis] - place[axis], above = place[axis] - high[axis];
-            const float outside = std::max({below, above, 0.0f});
-            const float across = std::max(high[axis] - place[axis], place[axis] - low[axis]);
-            nearest += outside * outside;
-            farthest += across * across;
-        }
-    }
-
-    [[nodiscard]] bool meets(const SampleTree::Node& node) const {
-        for (int axis = 0; axis < 3; ++axis)
-            if (node.high[axis] < low[axis] || high[axis] < node.low[axis]) return false;
-        return true;
-    }
-
-    [[nodiscard]] float squared_distance(const SampleTree::Node& node) const {
-        float sum = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const float outside =
-                std::max({low[axis] - node.high[axis], node.low[axis] - high[axis], 0.0f});
-            sum += outside * outside;
-        }
-        return sum;
-    }
-};
-
 TreeSum::TreeSum(const SampleTree& tree, const TreeFlux& flux, const RadialKernel& kernel,
                  float threshold, Simd simd)
     : tree_(tree),
@@ -92,7 +51,7 @@ TreeSum::TreeSum(const SampleTree& tree, const TreeFlux& flux, const RadialKerne
 
 void TreeSum::operator()(const kernels::PointGroup& points, Lists& lists,
                          std::span<float> sums) const {
-    const Box box(points);
+    const PointBox box(points);
     lists.sources.clear();
     lists.distant.clear();
     gather(box, lists);
@@ -110,7 +69,7 @@ void TreeSum::operator()(const kernels::PointGroup& points, Lists& lists,
                int(lists.distant.size()) / kernels::distant_floats, sums.data());
 }
 
-void TreeSum::gather(const Box& box, Lists& lists) const {
+void TreeSum::gather(const PointBox& box, Lists& lists) const {
     const std::span<const SampleTree::Node> nodes = tree_.nodes();
     const SurfaceSamples& samples = tree_.samples();
     const auto range_squared = float(kernel_.range() * kernel_.range());
@@ -139,7 +98,7 @@ void TreeSum::gather(const Box& box, Lists& lists) const {
     }
 }
 
-void TreeSum::add_source(const Box& box, const float* place, const float* flux,
+void TreeSum::add_source(const PointBox& box, const float* place, const float* flux,
                          Lists& lists) const {
     float source[kernels::source_floats]{};
     for (int axis = 0; axis < 3; ++axis) source[axis] = place[axis] - box.centre[axis];
@@ -147,7 +106,7 @@ void TreeSum::add_source(const Box& box, const float* place, const float* flux,
     lists.sources.insert(lists.sources.end(), std::begin(source), std::end(source));
 }
 
-void TreeSum::add_distant(const Box& box, const float* place, const float* flux, double low,
+void TreeSum::add_distant(const PointBox& box, const float* place, const float* flux, double low,
                           double high, Lists& lists) const {
     float distant[kernels::distant_floats]{};
     const double middle = (low + high) / 2, half = std::max((high - low) / 2, 1e-6 * high);

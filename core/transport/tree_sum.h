@@ -12,6 +12,8 @@
 
 namespace relit {
 
+struct PointBox;
+
 /// Sums over one tree and flux.
 ///
 /// The rule that opens nodes is Jensen and Buhler's, for all points of a group at once: a node counts as
@@ -35,11 +37,10 @@ public:
     void operator()(const kernels::PointGroup& points, Lists& lists, std::span<float> sums) const;
 
 private:
-    struct Box;
-    void gather(const Box& box, Lists& lists) const;
-    void add_source(const Box& box, const float* place, const float* flux, Lists& lists) const;
-    void add_distant(const Box& box, const float* place, const float* flux, double low, double high,
-                     Lists& lists) const;
+    void gather(const PointBox& box, Lists& lists) const;
+    void add_source(const PointBox& box, const float* place, const float* flux, Lists& lists) const;
+    void add_distant(const PointBox& box, const float* place, const float* flux, double low,
+                     double high, Lists& lists) const;
 
     const SampleTree& tree_;
     const TreeFlux& flux_;

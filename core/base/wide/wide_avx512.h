@@ -45,6 +45,7 @@ struct Floats {
     __m512 v;
 };
 RELIT_INLINE Ints bits_of(Floats a) { return {_mm512_castps_si512(a.v)}; }
+RELIT_INLINE Floats floats_of_bits(Ints a) { return {_mm512_castsi512_ps(a.v)}; }
 RELIT_INLINE Floats broadcast(float a) { return {_mm512_set1_ps(a)}; }
 RELIT_INLINE Floats load(const float* p) { return {_mm512_loadu_ps(p)}; }
 RELIT_INLINE void store(float* p, Floats a) { _mm512_storeu_ps(p, a.v); }

@@ -68,6 +68,7 @@ struct Floats {
     FloatVector v;
 };
 RELIT_INLINE Ints bits_of(Floats a) { return {(IntVector)a.v}; }
+RELIT_INLINE Floats floats_of_bits(Ints a) { return {(FloatVector)a.v}; }
 RELIT_INLINE Floats broadcast(float a) { return {FloatVector{} + a}; }
 RELIT_INLINE Floats load(const float* p) { return {*(const UnalignedFloats*)p}; }
 RELIT_INLINE void store(float* p, Floats a) { *(UnalignedFloats*)p = a.v; }
