@@ -15,6 +15,7 @@
 #include <iostream>
 #include <thread>
 
+#include "core/base/error.h"
 #include "core/base/standard_files.h"
 #include "server/config.h"
 #include "server/decoding/decode_helper.h"
@@ -143,6 +144,16 @@ int serve_until_stopped(Server& server, Batches& batches, int signals, const Con
     return failed ? 1 : 0;
 }
 
+// Who is told that the server listens may send images: the helper is up, and can decode here. A sample
+// that the limits refuse has been looked at by it too.
+void check_decoding(DecodePool& pool) try {
+    (void)pool.check(samples().front().bytes, {});
+} catch (const relit::Error& error) {
+    if (error.code != relit::error_code::image_too_large) throw;
+    spdlog::warn("samples that are larger than --{} allows are refused as any image is: {}",
+                 error.limit, error.what());
+}
+
 int run(const Config& config, int signals) {
     const Limits& limits = config.limits;
     const std::string warning = check_who_may_reach_it(config);
@@ -194,8 +205,7 @@ int run(const Config& config, int signals) {
     const Router router(routes(limits));
     Server server(router, services, limits);
     const int port = server.bind(config.host, config.port);
-    // Who is told that the server listens may send images: the helper is up, and can decode here.
-    (void)pool.check(samples().front().bytes, {});
+    check_decoding(pool);
     const bool is_ipv6 = config.host.find(':') != std::string::npos;
     std::printf("relitd listens on http://%s%s%s:%d\n", is_ipv6 ? "[" : "", config.host.c_str(),
                 is_ipv6 ? "]" : "", port);

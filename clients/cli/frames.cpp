@@ -68,7 +68,7 @@ void read_line(const std::string& line, const fs::path& folder, bool with_server
                std::vector<server::BatchFrame>& scenes) {
     server::BatchFrame frame = server::read_manifest_line(line);
     const std::size_t images = job.images.size();
-    finish_scene_job(std::move(frame.scene), frame.name, folder, with_server, job);
+    finish_scene_job(std::move(frame.scene), frame.name, folder, with_server, "output.format", job);
     if (job.images.size() > images) let_files_go(job.images);
     scenes.push_back({std::move(frame.name), job.text});
 }

@@ -163,6 +163,7 @@ void declare_scene(CLI::App& app, Options& options) {
     sun->excludes(env);
     text(app, "--alpha", scene.alpha, "Mask: below one half is no material", value::image);
     text(app, "--albedo", scene.albedo, "Colour of every texel", value::image);
+    text(app, "--bump", scene.bump, "Fine relief that shading alone shows", value::image);
     text(app, "--size", scene.size, "Pixels of the picture: WxH, W or xH", "SIZE");
     text(app, "--format", scene.format, "png, jpeg, webp or exr", value::format);
     app.add_option("--set", scene.set, "Any field: material.specular.k=0.4; may be repeated")

@@ -18,6 +18,7 @@ struct SceneOptions {
     std::string env;
     std::string alpha;
     std::string albedo;
+    std::string bump;
     std::string size;
     std::string format;
     std::vector<std::string> set;  ///< "path=value"

@@ -88,6 +88,7 @@ std::vector<Setting> settings_of_flags(const SceneOptions& options, SceneJob& jo
     add_image("height", options.relief, settings, job);
     add_image("alpha", options.alpha, settings, job);
     add_image("albedo", options.albedo, settings, job);
+    add_image("bump", options.bump, settings, job);
     add_text("light", options.light, settings);
     add_text("sun", options.sun, settings);
     add_environment(options.env, settings, job);
@@ -112,7 +113,7 @@ std::vector<Setting> settings_of_set(const std::vector<std::string>& set) {
 void check_stdin_is_read_once(const SceneOptions& options) {
     const bool env = options.env == "-" || options.env.starts_with("-,");
     const int readers = (options.relief == "-") + (options.scene == "-") + (options.alpha == "-") +
-                        (options.albedo == "-") + env;
+                        (options.albedo == "-") + (options.bump == "-") + env;
     if (readers > 1) throw Failure(Exit::usage, "stdin (-) can be one input only");
 }
 
@@ -154,7 +155,8 @@ std::string_view name_of(PictureFormat format) {
 }
 
 // The scene with the format of the target's ending, where it says none itself.
-std::string with_format_of(const std::string& target, std::string scene) {
+std::string with_format_of(const std::string& target, std::string scene,
+                           std::string_view format_setting) {
     const std::string format = format_of_ending(target);
     if (server::has_field(scene, "output.format")) return scene;
     if (!format.empty()) return server::with_settings(scene, {{"output.format", format}});
@@ -163,17 +165,19 @@ std::string with_format_of(const std::string& target, std::string scene) {
     if (path.has_extension() && !fs::is_other(path, ignored))
         throw Failure(Exit::usage,
                       fmt::format("{}: '{}' is no picture's ending; there are .png, .jpg, .webp "
-                                  "and .exr, or say --format",
-                                  target, path.extension().string()));
+                                  "and .exr, or say {}",
+                                  target, path.extension().string(), format_setting));
     return scene;
 }
 
-void check_format(const std::string& target, PictureFormat format) {
+void check_format(const std::string& target, PictureFormat format,
+                  std::string_view format_setting) {
     const std::string ending = format_of_ending(target);
     if (!ending.empty() && ending != name_of(format))
-        throw Failure(Exit::usage, fmt::format("{}: the name says {}, output.format says {}; "
-                                               "--format {} or another name settles it",
-                                               target, ending, name_of(format), ending));
+        throw Failure(Exit::usage,
+                      fmt::format("{}: the name says {}, output.format says {}; "
+                                  "{} {} or another name settles it",
+                                  target, ending, name_of(format), format_setting, ending));
 }
 
 // --- Images --------------------------------------------------------------------------------------
@@ -223,15 +227,15 @@ SceneJob read_scene_job(const SceneOptions& options, const std::string& target) 
     if (!server::has_field(text, "height"))
         throw Failure(Exit::usage, "there is no relief: name a file, - or sample:plato");
     finish_scene_job(std::move(text), target, fs::path(options.scene).parent_path(),
-                     !options.server.empty(), job);
+                     !options.server.empty(), "--format", job);
     return job;
 }
 
 void finish_scene_job(std::string text, const std::string& target, const fs::path& folder,
-                      bool with_server, SceneJob& job) {
-    job.scene =
-        server::parse_scene(with_format_of(target, std::move(text)), limits_here().max_lights);
-    check_format(target, job.scene.output.format);
+                      bool with_server, std::string_view format_setting, SceneJob& job) {
+    job.scene = server::parse_scene(with_format_of(target, std::move(text), format_setting),
+                                    limits_here().max_lights);
+    check_format(target, job.scene.output.format, format_setting);
     server::for_each_image(job.scene,
                            [&](ImageSource& source) { resolve(source, folder, with_server, job); });
     job.text = server::scene_json(job.scene);

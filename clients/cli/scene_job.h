@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "clients/cli/input.h"
@@ -35,9 +36,11 @@ struct SceneJob {
 /// that are there.
 /// @param folder       of the files that the scene names
 /// @param with_server  whether there may be images that are stored there
+/// @param format_setting  what a refusal of the format tells to use: "--format", "output.format"
 /// @throws as read_scene_job()
 void finish_scene_job(std::string text, const std::string& target,
-                      const std::filesystem::path& folder, bool with_server, SceneJob& job);
+                      const std::filesystem::path& folder, bool with_server,
+                      std::string_view format_setting, SceneJob& job);
 
 /// The name of the image that a pointer into the scene blames; empty when it blames none.
 [[nodiscard]] std::string image_name(const server::SceneDescription& scene,

@@ -35,7 +35,16 @@ export interface EnvironmentLight {
 }
 export type Light = PointLight | DirectionalLight | EnvironmentLight
 
+/** Coefficients per mm of red, green and blue. */
+export interface Medium {
+  sigmaA: Vec3
+  sigmaS: Vec3
+  g?: Vec3
+  eta?: number
+}
+/** The models of subsurface scattering take a medium, by a name of `/v1/media` or its numbers, and what follows it. */
 export interface Material {
+  model?: 'integrated' | 'dipole' | 'better-dipole' | 'directional-dipole' | 'normalised-diffusion'
   baseColor?: Color
   diffuseColor?: Color
   specularColor?: Color
@@ -46,10 +55,34 @@ export interface Material {
   steps?: number
   specular?: { k?: number; falloff?: [number, number]; occlude?: boolean }
   scatter?: { k?: number; falloff?: [number, number] }
+  medium?: string | Medium
+  mmPerWidth?: number
+  bssrdfWeight?: number
+  diffuseWeight?: number
+  film?: { medium?: string | Medium; thickness?: number; g?: number | null } | null
+  highlight?: {
+    lobe?: 'cosine' | 'ward' | 'ashikhmin' | 'lafortune'
+    transport?: 'local' | 'subsurface'
+    k?: number
+    nt?: number
+    nb?: number
+    exponent?: number
+  }
 }
 export interface Output {
   format?: 'png' | 'jpeg' | 'webp' | 'exr'
-  layer?: 'beauty' | 'illumination' | 'thickness' | 'normal' | 'specular' | 'scatter' | 'height' | 'alpha'
+  layer?:
+    | 'beauty'
+    | 'illumination'
+    | 'thickness'
+    | 'normal'
+    | 'specular'
+    | 'scatter'
+    | 'irradiance'
+    | 'subsurface'
+    | 'highlight'
+    | 'height'
+    | 'alpha'
   accuracy?: 'final' | 'preview'
   width?: number | null
   height?: number | null
@@ -69,6 +102,8 @@ export interface Scene {
   height?: ImageSource
   alpha?: ImageSource | null
   albedo?: ImageSource | null
+  bump?: ImageSource | null
+  bumpRelief?: number
   relief?: number
   base?: number | 'none' | 'auto'
   normalScale?: number

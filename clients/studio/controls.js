@@ -5,10 +5,17 @@
 // kind   number      a slider and a number
 //        falloff     two thumbs and two numbers
 //        colour      a colour picker
-//        choice      one of the field's words; `names` of them for people
-//        check       yes or no
+//        choice      one of the field's words; `names` of them for people; `allows` (word, scene) -> whether it can be had
+//        pick        the same as a list to open
+//        check       yes or no; of a field that is an object or null, whether there is one
+//        medium      a medium by its name or by its numbers (mediumControls)
+//        size        a number in mm, and what it means for the reach of light
 // words  values beside the control's own, as [value, name]; `start` is what counts when a number or colour is wanted instead
-// when   (scene, light) -> whether it matters; off otherwise
+// shown  (scene) -> whether the row is there
+// when   (scene) -> whether it matters; off otherwise
+// put    (scene, value) -> the scene with it, where more than the field changes
+// head   words above the row
+import { isTranslucent, models, withLobe, withModel } from './models.js'
 
 const number = (path, label, low, high, step, tip, more) => ({
   kind: 'number',
@@ -33,6 +40,7 @@ const logarithmic = (path, label, low, high, tip, more) => ({
 })
 const colour = (path, label, tip, more) => ({ kind: 'colour', path, label, tip, ...more })
 const choice = (path, label, names, tip, more) => ({ kind: 'choice', path, label, names, tip, ...more })
+const pick = (path, label, names, tip, more) => ({ kind: 'pick', path, label, names, tip, ...more })
 const falloff = (path, label, tip, more) => ({
   kind: 'falloff',
   path,
@@ -97,16 +105,130 @@ export const lightControls = {
 }
 
 const exponential = ({ material }) => material.illumination === 'exponential'
+const isIntegrated = (scene) => !isTranslucent(scene)
+const hasFilm = (scene) => isTranslucent(scene) && scene.material.film !== null
+const hasLobe =
+  (...lobes) =>
+  (scene) =>
+    isTranslucent(scene) && lobes.includes(scene.material.highlight.lobe)
+const shines = ({ material }) => material.highlight.k > 0
+
+/** Of a medium that is given by its numbers. */
+export const mediumControls = {
+  sigmaA: { label: 'Absorbs', tip: 'What a colour loses on its way: the picture is darker, and in the other colours.' },
+  sigmaS: { label: 'Scatters', tip: 'Much: light turns back soon, the thing is milky. Little: it goes far.' },
+  g: { label: 'Forward g', tip: 'Scattered mostly onwards, light goes further.' },
+  eta: { label: 'Index', tip: 'Glass has 1.5, water 1.33. More mirrors more light away at the surface.' },
+}
+
+// What the models of subsurface scattering take beside the rest of a material.
+const translucentControls = [
+  {
+    kind: 'medium',
+    path: 'material.medium',
+    label: 'Medium',
+    tip: 'Gives the colour, and how far light goes in it.',
+    shown: isTranslucent,
+  },
+  {
+    ...logarithmic(
+      'material.mmPerWidth',
+      'Optical size',
+      1,
+      5000,
+      'The same relief as a small thing or a large one. Small: light goes through much of it. Large: it is opaque.',
+    ),
+    kind: 'size',
+    shown: isTranslucent,
+  },
+  number('material.bssrdfWeight', 'From below', 0, 2, 0.01, 'How much of the light that comes back from below is shown.', {
+    shown: isTranslucent,
+  }),
+  number('material.diffuseWeight', 'Matt', 0, 1, 0.01, 'Adds a dry, crisp surface, as of chalk dust or scales.', {
+    shown: isTranslucent,
+  }),
+  {
+    kind: 'check',
+    path: 'material.film',
+    label: 'Film on the surface',
+    tip: 'A thin layer of another medium, such as skin over flesh: veils it at the rims and takes some of its light.',
+    shown: isTranslucent,
+  },
+  {
+    kind: 'medium',
+    path: 'material.film.medium',
+    label: 'Film of',
+    tip: 'Dark media shade what is below them, bright ones veil it.',
+    shown: hasFilm,
+  },
+  logarithmic('material.film.thickness', 'Thickness', 0.0005, 1, 'In mm. Thin is hardly seen, thick hides what is below.', {
+    shown: hasFilm,
+  }),
+  number('material.film.g', 'Film g', -0.9, 0.9, 0.01, 'Below 0 the film throws light back: a silvery veil.', {
+    words: [[null, 'Its own']],
+    start: 0.5,
+    shown: hasFilm,
+  }),
+  number('material.highlight.k', 'Gloss k', 0, 2, 0.01, 'Highlights of the light itself, over the colour of the medium.', {
+    shown: isTranslucent,
+    head: 'Gloss',
+  }),
+  choice(
+    'material.highlight.transport',
+    'Gloss leaves',
+    { local: 'Where it enters', subsurface: 'Around' },
+    'Around: a highlight soft as the medium, by the optical size. Where it enters: a polished surface.',
+    { shown: isTranslucent, when: shines },
+  ),
+  pick(
+    'material.highlight.lobe',
+    'Lobe',
+    { cosine: 'Cosine', ward: 'Ward', ashikhmin: 'Ashikhmin and Shirley', lafortune: 'Lafortune' },
+    'Cosine is a plain round spot; Ward brushed; Ashikhmin and Shirley stronger at grazing light; Lafortune any lean.',
+    { shown: isTranslucent, when: shines, put: withLobe },
+  ),
+  logarithmic('material.highlight.nt', 'Sharp, up', 1, 1000, 'Low: a broad sheen up and down. High: a small spot.', {
+    shown: hasLobe('ward', 'ashikhmin'),
+    when: shines,
+  }),
+  logarithmic('material.highlight.nb', 'Sharp, across', 1, 1000, 'Low: a broad sheen from side to side. High: a small spot.', {
+    shown: hasLobe('ward', 'ashikhmin'),
+    when: shines,
+  }),
+  number('material.highlight.nt', 'Lean, up', -1, 1, 0.01, '-1 mirrors, 0 leaves out, 1 turns back to the light.', {
+    shown: hasLobe('lafortune'),
+    when: shines,
+  }),
+  number('material.highlight.nb', 'Lean, across', -1, 1, 0.01, '-1 mirrors, 0 leaves out, 1 turns back to the light.', {
+    shown: hasLobe('lafortune'),
+    when: shines,
+  }),
+  logarithmic('material.highlight.exponent', 'Exponent', 1, 1000, 'Low: a broad sheen. High: a small, sharp spot.', {
+    shown: hasLobe('cosine', 'lafortune'),
+    when: shines,
+  }),
+]
 
 /** Of the scene, by the group they stand in. */
 export const sceneControls = {
   material: [
-    logarithmic('material.depth', 'Depth t', 0.0005, 0.2, 'Small is crisp stone or metal, large is soft wax and skin.'),
+    pick(
+      'material.model',
+      'Model',
+      Object.fromEntries(models.map(({ name, title }) => [name, title])),
+      'The integrated model darkens along one way through the relief; the others let light spread below the surface.',
+      { put: withModel },
+    ),
+    ...translucentControls,
+    logarithmic('material.depth', 'Depth t', 0.0005, 0.2, 'Small is crisp stone or metal, large is soft wax and skin.', {
+      head: 'Shadows and colours',
+    }),
     choice(
       'material.illumination',
       'Fades by',
       { length: 'Length', exponential: 'Absorption', count: 'Count' },
       'Length is the plain model; absorption makes wax, jade and marble; count is the thesis’s own program.',
+      { allows: (word, scene) => word !== 'count' || isIntegrated(scene) },
     ),
     logarithmic(
       'material.attenuation',
@@ -118,14 +240,16 @@ export const sceneControls = {
     ),
     number('material.steps', 'Steps', 1, 300, 1, 'Few are quick and banded.', {
       when: ({ material }) => material.illumination === 'count',
+      shown: isIntegrated,
     }),
     choice(
       'material.offset',
       'Offset',
       { normal: 'Normal', view: 'View' },
       'Along the view, slopes that face sideways gain light.',
+      { shown: isIntegrated },
     ),
-    colour('material.diffuseColor', 'Diffuse', 'The colour of lit matter.'),
+    colour('material.diffuseColor', 'Diffuse', 'The colour of lit matter; over a medium a tint.'),
     colour('material.baseColor', 'Shadow', 'The colour of what no light reaches.'),
     colour('material.specularColor', 'Highlight', 'Of metals their own colour, of all else white.'),
     number('material.specular.k', 'Highlight k', 0, 1, 0.01, 'From matt to mirror-like.'),
@@ -152,6 +276,9 @@ export const sceneControls = {
   ],
   relief: [
     logarithmic('relief', 'Height', 0.005, 2, 'How far white stands out from black; higher throws longer shadows.'),
+    logarithmic('bumpRelief', 'Bumps', 0.0005, 0.2, 'How far white stands out from black in the bump map.', {
+      when: ({ bump }) => bump,
+    }),
     number('normalScale', 'Slopes', 0, 5, 0.01, 'Exaggerates the fine relief that highlights show.'),
     number(
       'base',
@@ -219,6 +346,9 @@ export const layerNames = {
   thickness: 'Path r',
   specular: 'Highlight s',
   scatter: 'Scatter f',
+  irradiance: 'Irradiance E',
+  subsurface: 'From below L',
+  highlight: 'Gloss H',
   normal: 'Normals',
   height: 'Height',
   alpha: 'Mask',

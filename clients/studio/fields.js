@@ -4,23 +4,35 @@
 const lightKinds = { PointLight: 'point', DirectionalLight: 'directional', EnvironmentLight: 'environment' }
 
 /**
- * @return  Map of dotted path -> {sentence, default, integer, low, high, lowExcluded, choices, most: entries of a list}; what
- *          a field has not is undefined. Fields of lights begin with the light's type: "point.intensity". Numbers of lists have
- *          the list's range.
+ * @return  Map of dotted path -> {sentence, default, integer, low, high, lowExcluded, choices, most: entries of a list,
+ *          start: of an object or null what an object begins as}; what a field has not is undefined. Fields of lights begin
+ *          with the light's type: "point.intensity". Numbers of lists have the list's range.
  */
 export function readFields(api) {
   const { schemas } = api.components
   const fields = new Map()
   const follow = (properties, prefix) => {
     for (const [name, node] of Object.entries(properties)) {
-      if (node.properties) follow(node.properties, `${prefix}${name}.`)
-      else fields.set(prefix + name, described(node))
+      const members = membersOf(node)
+      if (!node.properties) fields.set(prefix + name, { ...described(node), start: members && defaultsOf(members) })
+      if (members) follow(members, `${prefix}${name}.`)
     }
   }
   follow(schemas.Scene.properties, '')
   for (const [name, type] of Object.entries(lightKinds)) follow(schemas[name].properties, `${type}.`)
   return fields
 }
+
+/** The fields of a medium that is given by its numbers, as readFields() has those of a scene. */
+export const readMediumFields = ({ components }) =>
+  new Map(Object.entries(membersOf(components.schemas.Medium)).map(([name, node]) => [name, described(node)]))
+
+/** The members of an object, or of the object that a field may be. */
+const membersOf = ({ properties, anyOf = [], oneOf = [] }) =>
+  properties ?? [...anyOf, ...oneOf].find((part) => part.properties)?.properties
+
+const defaultsOf = (members) =>
+  Object.fromEntries(Object.entries(members).map(([name, node]) => [name, node.default]))
 
 function described(node) {
   const parts = [node, ...(node.anyOf ?? []), ...(node.items ? [node.items] : [])]

@@ -2,7 +2,7 @@
 import { upload } from '../relit-jobs.js'
 import { likelyRole, sceneWith } from './shelf.js'
 
-const roleNames = { height: 'height map', alpha: 'mask', albedo: 'colour', environment: 'surroundings' }
+const roleNames = { height: 'height map', alpha: 'mask', albedo: 'colour', bump: 'bump map', environment: 'surroundings' }
 
 /** @param catalogue  {reliefs, environments}: what was opened is added to them */
 export function bindOpen(store, client, catalogue, say, fail) {
@@ -84,7 +84,7 @@ export function bindOpen(store, client, catalogue, say, fail) {
     open,
     show() {
       if (!store.scene) return
-      for (const name of ['alpha', 'albedo']) {
+      for (const name of ['alpha', 'albedo', 'bump']) {
         const id = store.scene[name]?.image
         document.querySelector(`[data-clear="${name}"]`).hidden = !id
         document.getElementById(`${name}-state`).textContent = id

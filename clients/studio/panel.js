@@ -1,43 +1,54 @@
 // The panel on the right: rows of controls.js for the scene, and for the light in hand above them.
 import { lightControls, sceneControls } from './controls.js'
 import { lightAt, handlePosition, spokenLight } from '../relit.js'
+import { mediumWidget, sizeWidget } from './medium.js'
+import { workable } from './models.js'
 import { hexColour, member, newLight, withMember } from './scene.js'
 import { make, segments, widgetOf } from './widgets.js'
 
 const kindNames = { point: 'Point', directional: 'Sun', environment: 'Surroundings' }
 
-/** Rows into their groups. @return show(), to be called when the scene has changed */
-export function bindPanel(store, fields) {
+const ofMedia = { medium: mediumWidget, size: sizeWidget }
+
+/** Rows into their groups. @param media  as medium.js takes it @return show(), to be called when the scene has changed */
+export function bindPanel(store, fields, media) {
   const rows = []
   for (const [group, controls] of Object.entries(sceneControls)) {
     const body = document.querySelector(`#${group} .rows`)
     for (const control of controls) {
-      const widget = widgetOf(control, fields.get(control.path), (value, gesture) => {
+      const put = control.put ?? ((scene, value) => withMember(scene, control.path, value))
+      const tell = (value, gesture) => {
         if (value == null && gesture != null) return store.settle()
-        store.change(withMember(store.scene, control.path, value), gesture)
-      })
-      body.append(widget.root)
-      rows.push({ control, widget })
+        store.change(workable(put(store.scene, value)), gesture)
+      }
+      const widget = (ofMedia[control.kind] ?? widgetOf)(control, fields.get(control.path), tell, media)
+      const head = control.head && make('h3', {}, control.head)
+      body.append(...[head, widget.root].filter(Boolean))
+      rows.push({ control, widget, head })
     }
   }
   const showLights = bindLights(store, fields)
   return () => {
     if (!store.scene) return
     showLights()
-    for (const { control, widget } of rows)
-      showRow(widget, member(store.scene, control.path), control.when?.(store.scene) ?? true)
+    for (const { control, widget, head } of rows) {
+      const isShown = control.shown?.(store.scene) ?? true
+      widget.root.hidden = !isShown
+      if (head) head.hidden = !isShown
+      if (isShown) showRow(widget, member(store.scene, control.path), control.when?.(store.scene) ?? true, store.scene)
+    }
   }
 }
 
-function showRow(widget, value, enabled) {
+function showRow(widget, value, enabled, scene) {
   widget.root.classList.toggle('off', !enabled)
-  widget.show(value, enabled)
+  widget.show(value, enabled, scene)
 }
 
 function bindLights(store, fields) {
   const light = () => store.scene.lights[store.ui.active]
   const put = (next, gesture = null) =>
-    store.change(withMember(store.scene, `lights.${store.ui.active}`, next), gesture)
+    store.change(workable(withMember(store.scene, `lights.${store.ui.active}`, next)), gesture)
   const kind = segments('Kind of light', Object.entries(kindNames), (type) =>
     put(newLight(type, environmentsOf(store)[0]?.id, light())),
   )

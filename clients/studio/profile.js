@@ -160,6 +160,13 @@ export function illuminationOf(r, { illumination, depth, attenuation }) {
   return r > 0 ? Math.min(1, depth / r) : 1
 }
 
+/**
+ * V of the models of subsurface scattering: what of a light its way to the surface leaves, r being measured from the surface
+ * itself. Not for `count`.
+ */
+export const visibilityOf = (r, { illumination, depth, attenuation }) =>
+  illuminationOf(r, { illumination, attenuation, depth: illumination === 'exponential' ? 0 : depth })
+
 /** Heights over a straight line of the map, `count` + 1 of them; where there is no material, null. */
 export function profileAlong(solid, [x0, y0], [x1, y1], count) {
   return Array.from({ length: count + 1 }, (_, k) => {

@@ -68,8 +68,8 @@ export function shortened({ lights, height, ...scene }, defaults) {
 }
 
 /** Every image that the scene names. */
-export const imagesOf = ({ height, alpha, albedo, lights }) =>
-  [height, alpha, albedo, ...lights.map(({ image }) => image)].flatMap((source) => source?.image ?? [])
+export const imagesOf = ({ height, alpha, albedo, bump, lights }) =>
+  [height, alpha, albedo, bump, ...lights.map(({ image }) => image)].flatMap((source) => source?.image ?? [])
 
 /**
  * The scene as the picture on the page shows it.
@@ -88,6 +88,7 @@ export const overMap = (scene, id) => ({
   height: { image: id },
   alpha: null,
   albedo: null,
+  bump: null,
   output: { ...scene.output, width: null, height: null, region: null },
 })
 

@@ -1,5 +1,7 @@
 // The cross-section: the relief cut along the light's ray through a chosen texel, with the ray and the part of it inside the
-// solid, whose length is r. It teaches the model: what lengthens the thick line darkens the texel.
+// solid, whose length is r. It teaches the integrated model: what lengthens the thick line darkens the texel. With a model of
+// subsurface scattering the line begins on the surface itself, and tells what of the light enters there.
+import { isTranslucent } from './models.js'
 import { decodePng } from './png.js'
 import {
   borders,
@@ -7,10 +9,12 @@ import {
   illuminationOf,
   insideLength,
   insideParts,
+  normalAt,
   profileAlong,
   rayTo,
   startOf,
   surfacePoint,
+  visibilityOf,
 } from './profile.js'
 import { pointOf, texelAt } from './view.js'
 
@@ -40,16 +44,19 @@ function solidSource(client) {
 }
 
 /** What is drawn and said of one texel of a solid under one light; all lengths in widths of the map. */
-function cutThrough(solid, texel, light, material) {
+function cutThrough(solid, texel, light, scene) {
+  const { material } = scene
   const p = surfacePoint(solid, texel)
-  const start = startOf(solid, texel, material.depth, material.offset)
+  const start = isTranslucent(scene) ? p : startOf(solid, texel, material.depth, material.offset)
   const ray = rayTo(solid, start, light)
   if (!ray) return { p, start, ray: null, along: [1, 0] }
   const flat = Math.hypot(ray.direction[0], ray.direction[1])
   const along = flat > 1e-6 ? [ray.direction[0] / flat, ray.direction[1] / flat] : [1, 0]
   const parts = insideParts(solid, start, ray)
   const r = insideLength(parts)
-  return { p, start, ray, along, parts, r, d: illuminationOf(r, material) }
+  if (!isTranslucent(scene)) return { p, start, ray, along, parts, r, d: illuminationOf(r, material) }
+  const cosine = normalAt(solid, texel).reduce((sum, part, axis) => sum + part * ray.direction[axis], 0)
+  return { p, start, ray, along, parts, r, cosine: Math.max(0, cosine), visibility: visibilityOf(r, material) }
 }
 
 const path = (points) => points.map(([x, y], i) => `${i ? 'L' : 'M'}${x.toFixed(1)} ${y.toFixed(1)}`).join('')
@@ -110,9 +117,12 @@ export function bindSection(store, client, stage, fail) {
     const texel = ui.probe.map((at, axis) =>
       Math.min(Math.floor((at * heights.width) / map.width), [heights.width, heights.height][axis] - 1),
     )
-    const cut = cutThrough(solid, texel, light, scene.material)
+    const cut = cutThrough(solid, texel, light, scene)
     drawCut(solid, cut, light)
-    plot.setAttribute('aria-label', say(cut, scene.material, light))
+    plot.setAttribute('aria-label', say(cut, scene))
+    document.getElementById('cut-means').textContent = isTranslucent(scene)
+      ? 'V of the light comes to the surface; where it comes out of it again is the model’s matter.'
+      : 'Move the ring on the picture, or Alt+click.'
   }
 
   function drawCut(solid, cut, light) {
@@ -156,21 +166,26 @@ export function bindSection(store, client, stage, fail) {
     shapes.lamp.style.setProperty('--colour', typeof light.color === 'string' ? light.color : 'currentColor')
   }
 
-  function say(cut, material) {
-    const figures = (number) => (Number.isFinite(number) ? number.toPrecision(3) : '∞')
+  const figures = (number) => (Number.isFinite(number) ? number.toPrecision(3) : '∞')
+  const formulas = {
+    length: 'd = min(1, t / r)',
+    exponential: 'd = exp(−a (r − t))',
+    count: 'd = 1 / samples inside',
+  }
+  const visibilities = { length: 'V = min(1, t / r)', exponential: 'V = exp(−a r)' }
+
+  function say(cut, scene) {
+    const { illumination, depth, attenuation } = scene.material
     if (!cut.ray) {
       words.textContent = 'Surroundings light from everywhere: take a point or a sun to see its ray.'
       return words.textContent
     }
-    const formula = {
-      length: 'd = min(1, t / r)',
-      exponential: 'd = exp(−a (r − t))',
-      count: 'd = 1 / samples inside',
-    }[material.illumination]
-    const result = cut.d == null ? '' : ` = ${cut.d.toFixed(3)}`
-    const absorption = material.illumination === 'exponential' ? [`a = ${material.attenuation}`] : []
-    const parts = [`r = ${figures(cut.r)}`, `t = ${figures(material.depth)}`, ...absorption, formula + result]
-    words.textContent = parts.join('   ')
+    const result = (number) => (number == null ? '' : ` = ${number.toFixed(3)}`)
+    const absorption = illumination === 'exponential' ? [`a = ${attenuation}`] : []
+    const ends = isTranslucent(scene)
+      ? [visibilities[illumination] + result(cut.visibility), `cos${result(cut.cosine)}`]
+      : [formulas[illumination] + result(cut.d)]
+    words.textContent = [`r = ${figures(cut.r)}`, `t = ${figures(depth)}`, ...absorption, ...ends].join('   ')
     return `Cross-section under the light's ray: ${words.textContent}`
   }
 

@@ -1,5 +1,6 @@
 // What leaves the studio: the link in the address bar, words to paste, and the picture's file.
 import { layerNames } from './controls.js'
+import { hasLayer } from './models.js'
 import { imagesOf, same, shortened } from './scene.js'
 import { fileName, snippetsOf } from './snippets.js'
 import { make, segments } from './widgets.js'
@@ -170,6 +171,7 @@ export function bindShare(store, client, catalogue, stage, say, fail) {
     if (!abort) button.textContent = `Download ${output.format.toUpperCase()}`
     document.getElementById('file-size').textContent = `${width} × ${height} pixels`
     part.show(output.region ? 'shown' : 'whole')
+    for (const option of layers.options) option.disabled = !hasLayer(store.scene, option.value)
     layers.value = output.layer
   }
 

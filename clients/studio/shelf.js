@@ -1,65 +1,20 @@
-// The shelf on the left: reliefs to open, looks to put on, surroundings to light with. Thumbnails are the server's own
-// pictures, which the browser's cache keeps by their ETag; they are asked for one after the other, and only while the hand rests.
+// The shelf on the left: reliefs to open, looks to put on, surroundings to light with, each as a thumbnail.
 import { isPossible, lightingNames, underLighting } from './lightings.js'
+import { isTranslucent, workable } from './models.js'
 import { environmentLight, overMap, same, shortened } from './scene.js'
-import { make } from './widgets.js'
+import { accuracyOf, card, small, thumbnailOutput } from './thumbnails.js'
 
-const side = 144 // pixels of a thumbnail
-
-/** Loads pictures one at a time while `isIdle()`. @return ask(img, url) */
-function thumbnailQueue(client, isIdle) {
-  let waiting = []
-  let running = false
-  let later = null
-  async function next() {
-    clearTimeout(later)
-    if (running || !waiting.length) return
-    if (!isIdle()) return void (later = setTimeout(next, 120))
-    running = true
-    const { img, url } = waiting.shift()
-    if (img.isConnected) img.className = (await shown(img, url, client)) ? 'there' : ''
-    running = false
-    next()
-  }
-  return (img, url) => {
-    if (img.className) img.className = 'stale'
-    waiting = [...waiting.filter((job) => job.img !== img), { img, url }]
-    next()
-  }
-}
-
-async function shown(img, url, client) {
-  const src = await client.source(url).catch(() => '')
-  const loaded = Object.assign(new Image(), { src })
-  const whole = await loaded.decode().then(
-    () => true,
-    () => false,
-  )
-  if (whole) img.src = src
-  else img.removeAttribute('src')
-  await img.decode().catch(() => {})
-  URL.revokeObjectURL(src) // of a blob; any other address has nothing to give back
-  return whole
-}
-
-function card(title, { pressed = false, tip = null } = {}) {
-  const img = make('img', { alt: '', width: side, height: side, draggable: false })
-  const button = make(
-    'button',
-    { type: 'button', className: 'card', 'aria-pressed': String(pressed), 'data-tip': tip },
-    make('span', { className: 'thumb' }, img),
-    make('span', { className: 'title' }, title),
-  )
-  return { button, img }
-}
-
-const small = { width: side, format: 'webp', quality: 80 }
 const capitals = (words) => words.replace(/(^|-)(.)/g, (_, dash, letter) => (dash ? ' ' : '') + letter.toUpperCase())
 const brief = ({ name, title }) => (name ? capitals(name) : title)
 
-/** @param actions  {openRelief(relief), choosePreset(name), chooseEnvironment(id)} */
-export function bindShelf(store, client, catalogue, isIdle, actions) {
-  const ask = thumbnailQueue(client, isIdle)
+/** What a look is called on the shelf; those of one group need not say which it is. */
+const lookTitle = ({ name }) => capitals(name.replace(/^translucent-/, ''))
+
+/**
+ * @param ask      of thumbnails.js
+ * @param actions  {openRelief(relief), choosePreset(name), chooseEnvironment(id)}
+ */
+export function bindShelf(store, client, catalogue, ask, actions) {
   const parts = { reliefs: '', looks: '', lighting: '', surroundings: '' }
   const fill = (id, key, cards) => {
     if (parts[id] === key) return false
@@ -85,20 +40,24 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
   }
 
   function showLooks() {
-    const { height, alpha, albedo } = store.scene
-    const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }) }
-    fill('looks', 'made', () =>
-      catalogue.presets.map(({ name, description }) => {
-        const made = card(capitals(name), { tip: description })
-        made.button.dataset.name = name
-        made.button.addEventListener('click', () => actions.choosePreset(name))
+    const { height, alpha, albedo, bump } = store.scene
+    const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }), ...(bump && { bump }) }
+    const isBelow = ({ scene }) => isTranslucent(scene)
+    const cards = (presets) => () =>
+      presets.map((preset) => {
+        const made = card(lookTitle(preset), { tip: preset.description })
+        made.button.dataset.name = preset.name
+        made.button.addEventListener('click', () => actions.choosePreset(preset.name))
         return made
-      }),
-    )
+      })
+    fill('looks', 'made', cards(catalogue.presets.filter((preset) => !isBelow(preset))))
+    fill('looks-below', 'made', cards(catalogue.presets.filter(isBelow)))
     if (parts.of !== JSON.stringify(images)) {
       parts.of = JSON.stringify(images)
-      for (const button of document.querySelectorAll('#looks .card'))
-        ask(button.querySelector('img'), client.url({ preset: button.dataset.name, ...images, output: small }))
+      for (const { name, scene } of [...catalogue.presets].sort((a, b) => isBelow(a) - isBelow(b))) {
+        const output = { ...small, accuracy: accuracyOf(scene) }
+        ask(document.querySelector(`#looks [data-name="${name}"] img`), client.url({ preset: name, ...images, output }))
+      }
     }
     for (const button of document.querySelectorAll('#looks .card'))
       button.setAttribute('aria-pressed', String(isLook(button.dataset.name)))
@@ -115,7 +74,7 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
       lightingNames(sky).map((name) => {
         const made = card(name)
         made.button.dataset.name = name
-        made.button.addEventListener('click', () => store.open(underLighting(store.scene, name, sky)))
+        made.button.addEventListener('click', () => store.open(workable(underLighting(store.scene, name, sky))))
         return made
       }),
     )
@@ -130,8 +89,7 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
     parts.under = look
     clearTimeout(late)
     late = setTimeout(() => {
-      const { exposure, tone, transfer, background } = store.scene.output
-      const output = { ...catalogue.defaults.scene.output, exposure, tone, transfer, background, ...small }
+      const output = thumbnailOutput(store.scene, catalogue.defaults)
       for (const button of buttons.filter(({ disabled }) => !disabled)) {
         const scene = underLighting({ ...store.scene, output }, button.dataset.name, sky)
         ask(button.querySelector('img'), client.url(shortened(scene, catalogue.defaults)))
@@ -169,7 +127,7 @@ export function bindShelf(store, client, catalogue, isIdle, actions) {
   }
 }
 
-/** What a file that was opened becomes: the scene with it in its place. @param role  height, alpha, albedo or environment */
+/** What a file that was opened becomes: the scene with it in its place. @param role  height, alpha, albedo, bump or environment */
 export function sceneWith(scene, role, id, active) {
   if (role === 'height') return overMap(scene, id)
   if (role !== 'environment') return { ...scene, [role]: { image: id } }

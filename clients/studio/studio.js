@@ -1,15 +1,17 @@
 // The studio: a height map, and the light to move over it. This module puts the others together.
 import { bindOpen } from './open.js'
 import { spokenFailure } from './failures.js'
-import { lightDefaults, readFields } from './fields.js'
+import { lightDefaults, readFields, readMediumFields } from './fields.js'
 import { KeyedClient } from './keys.js'
 import { bindPanel, environmentsOf } from './panel.js'
 import { decodeScene, heldScene, overMap } from './scene.js'
 import { bindSection } from './section.js'
 import { bindShare } from './share.js'
+import { bindModels } from './sheet.js'
 import { bindShelf, sceneWith } from './shelf.js'
 import { bindStage } from './stage.js'
 import { createStore } from './store.js'
+import { thumbnailQueue } from './thumbnails.js'
 import { bindKeys, bindTabs, bindTheme, bindTips, showTimings } from './shell.js'
 
 const $ = (id) => document.getElementById(id)
@@ -91,8 +93,8 @@ const openRelief = chosen(async (isNewest, relief) => {
 })
 
 const choosePreset = chosen(async (isNewest, name) => {
-  const { height, alpha, albedo, output } = store.scene
-  const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }) }
+  const { height, alpha, albedo, bump, output } = store.scene
+  const images = { height, ...(alpha && { alpha }), ...(albedo && { albedo }), ...(bump && { bump }) }
   const whole = heldScene((await patiently(() => client.scene({ preset: name, ...images }))).scene)
   if (!isNewest()) return
   const scene = { ...whole, output: { ...whole.output, ...fileOf(output) } }
@@ -119,8 +121,8 @@ const linked = () => {
 }
 
 async function start() {
-  const [presets, samples, api] = await patiently(() =>
-    Promise.all(['/v1/presets', '/v1/samples', '/openapi.json'].map((path) => client.get(path))),
+  const [presets, samples, { media }, api] = await patiently(() =>
+    Promise.all(['/v1/presets', '/v1/samples', '/v1/media', '/openapi.json'].map((path) => client.get(path))),
   )
   const fields = readFields(api)
   catalogue.presets = presets.presets
@@ -133,13 +135,15 @@ async function start() {
 
   const stage = bindStage(store, $('stage'), picture, before)
   const isIdle = () => picture.ariaBusy !== 'true'
-  const showShelf = bindShelf(store, client, catalogue, isIdle, {
+  const askShelf = thumbnailQueue(client, () => isIdle() && !$('models').open)
+  const showShelf = bindShelf(store, client, catalogue, askShelf, {
     openRelief,
     choosePreset,
     environments: () => environmentsOf(store),
     chooseEnvironment: (id) => store.change(sceneWith(store.scene, 'environment', id, store.ui.active)),
   })
-  const showPanel = bindPanel(store, fields)
+  const showPanel = bindPanel(store, fields, { list: media, fields: readMediumFields(api) })
+  bindModels(store, client, catalogue, thumbnailQueue(client, isIdle), media)
   const section = bindSection(store, client, stage, fail)
   const share = bindShare(store, client, catalogue, stage, say, fail)
   const opener = bindOpen(store, client, catalogue, say, fail)

@@ -1,5 +1,5 @@
 // The controls' elements: a slider with its number, two thumbs, a colour, words to choose from. Each is {root, show}:
-// show(value, enabled) puts a value into it, and `tell(value, gesture)` is called when a hand does; the gesture is a name
+// show(value, enabled, scene) puts a value into it, and `tell(value, gesture)` is called when a hand does; the gesture is a name
 // while the hand holds on, so that a drag is one step of undo.
 import { fromSlider, shownNumber, toSlider } from './controls.js'
 import { allowed, spokenRange } from './fields.js'
@@ -18,23 +18,23 @@ export function make(name, properties = {}, ...children) {
 }
 
 let names = 0
-const newId = () => `control-${++names}`
+export const newId = () => `control-${++names}`
 
 /** What a control is said to do: to the picture first, then exactly. */
-const tipOf = (control, field) => {
+export const tipOf = (control, field) => {
   const range = spokenRange(field)
   return [control.tip, field.sentence, range && range[0].toUpperCase() + range.slice(1) + '.']
     .filter(Boolean)
     .join('\n')
 }
 
-function row(control, field, parts, inputId) {
+export function row(control, field, parts, inputId) {
   const tip = tipOf(control, field)
   const label = make('label', { for: inputId, className: 'name', 'data-tip': tip }, control.label)
   return make('div', { className: `row ${control.kind}` }, label, parts)
 }
 
-const numberInput = (control, field, label) =>
+export const numberInput = (control, field, label) =>
   make('input', {
     type: 'number',
     className: 'figure',
@@ -62,7 +62,7 @@ function sliderInput(control) {
 }
 
 // A number typed is taken when it is one that the server takes; anything else leaves what was.
-function takeTyped(input, control, field, tell, current) {
+export function takeTyped(input, control, field, tell, current) {
   input.addEventListener('change', () => {
     const value = allowed(input.valueAsNumber, field)
     if (value != null) tell(value, null)
@@ -70,7 +70,7 @@ function takeTyped(input, control, field, tell, current) {
   })
 }
 
-function numberWidget(control, field, tell) {
+export function numberWidget(control, field, tell) {
   const id = newId()
   let now = control.low
   const figure = numberInput(control, field, control.label)
@@ -198,31 +198,53 @@ export function segments(label, options, tell) {
   )
   return {
     root,
-    show(value, enabled = true) {
+    show(value, enabled = true, allows = () => true) {
       options.forEach(([own], i) => {
         inputs[i].checked = own === value
-        inputs[i].disabled = !enabled
+        inputs[i].disabled = !enabled || !allows(own)
       })
     },
   }
 }
 
+const optionsOf = (control, field) => field.choices.map((word) => [word, control.names[word] ?? word])
+
 function choiceWidget(control, field, tell) {
-  const options = field.choices.map((word) => [word, control.names[word] ?? word])
-  const { root, show } = segments(control.label, options, (value) => tell(value, null))
+  const chooser = segments(control.label, optionsOf(control, field), (value) => tell(value, null))
   const label = make('span', { className: 'name', 'data-tip': tipOf(control, field) }, control.label)
-  return { root: make('div', { className: 'row choice' }, label, root), show }
+  return {
+    root: make('div', { className: 'row choice' }, label, chooser.root),
+    show: (value, enabled, scene) => chooser.show(value, enabled, (word) => control.allows?.(word, scene) ?? true),
+  }
+}
+
+function pickWidget(control, field, tell) {
+  const id = newId()
+  const list = make(
+    'select',
+    { id },
+    optionsOf(control, field).map(([value, name]) => make('option', { value }, name)),
+  )
+  list.addEventListener('change', () => tell(list.value, null))
+  return {
+    root: row(control, field, [list], id),
+    show(value, enabled) {
+      list.value = value
+      list.disabled = !enabled
+    },
+  }
 }
 
 function checkWidget(control, field, tell) {
   const id = newId()
   const input = make('input', { type: 'checkbox', id, 'aria-description': control.tip })
-  input.addEventListener('change', () => tell(input.checked, null))
+  const [on, off] = field.start ? [field.start, null] : [true, false]
+  input.addEventListener('change', () => tell(input.checked ? on : off, null))
   const label = make('label', { for: id, 'data-tip': tipOf(control, field) }, control.label)
   return {
     root: make('div', { className: 'row check' }, input, label),
     show(value, enabled) {
-      input.checked = value
+      input.checked = value !== off
       input.disabled = !enabled
     },
   }
@@ -257,6 +279,7 @@ const kinds = {
   falloff: falloffWidget,
   colour: colourWidget,
   choice: choiceWidget,
+  pick: pickWidget,
   check: checkWidget,
 }
 const plainWidget = (control, field, tell) => kinds[control.kind](control, field, tell)

@@ -89,11 +89,17 @@ void set_albedo(HeightField& field, const Image& stored, bool has_alpha, bool en
     for (float& a : field.albedo.values) a = std::max(a, 0.0f);  // bicubic overshoot
 }
 
+void set_bump(HeightField& field, const Image& stored, bool has_alpha, bool fractions,
+              const Executor& executor) {
+    field.bump = resized(height_field_from(stored, has_alpha, fractions).heights, field, executor);
+}
+
 HeightField smaller_field(const HeightField& field, int width, int height, const Executor& executor,
                           const std::stop_token& stop) {
     HeightField small;
     small.heights = resample(field.heights, width, height, executor, stop);
     if (!field.alpha.empty()) small.alpha = resample(field.alpha, width, height, executor, stop);
+    if (!field.bump.empty()) small.bump = resample(field.bump, width, height, executor, stop);
     if (!field.albedo.empty()) small.albedo = resample(field.albedo, width, height, executor, stop);
     small.rescaled_from = field.rescaled_from;
     return small;

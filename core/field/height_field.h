@@ -20,10 +20,11 @@ struct HeightRange {
 /// Plain data; images of one size, or empty.
 struct HeightField {
     Image heights;  ///< 1 channel in [0, 1], 1 = nearest to the viewer; 0 where the file's number is not finite
-    Image alpha;                  ///< 1 channel in [0, 1]; empty = 1 everywhere
-    Image albedo;                 ///< 3 channels >= 0, numbers to shade with; empty = 1 everywhere
+    Image alpha;   ///< 1 channel in [0, 1]; empty = 1 everywhere
+    Image albedo;  ///< 3 channels >= 0, numbers to shade with; empty = 1 everywhere
+    Image bump;    ///< 1 channel, detail that normals alone show, as heights; empty = none
     std::vector<bool> no_height;  ///< texels whose number in the file is not finite; empty = none
-    /// Name all of this, and heights and alpha alone, for a SharedCache, where what is made of them
+    /// Name all of this, and what is not colour of it, for a SharedCache, where what is made of them
     /// may be kept; empty: it is not.
     std::string key, shape_key;
     std::optional<HeightRange> rescaled_from;  ///< set when the file's numbers did not lie in [0, 1]
@@ -57,6 +58,11 @@ void set_alpha(HeightField& field, const Image& stored, bool has_alpha, const Ex
 /// @param encoded  the numbers are sRGB-encoded and shading is in linear light
 void set_albedo(HeightField& field, const Image& stored, bool has_alpha, bool encoded,
                 const Executor& executor);
+
+/// Gives `field` a bump map: heights as height_field_from() makes them, resampled to the field's size.
+/// @throws Error image_broken when no texel is finite
+void set_bump(HeightField& field, const Image& stored, bool has_alpha, bool fractions,
+              const Executor& executor);
 
 /// The whole field averaged down, for previews. Masked texels take part with their stored height,
 /// as they do in interpolation. @pre 1 <= width <= field.width(), the same for height

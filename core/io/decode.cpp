@@ -115,10 +115,11 @@ public:
 
     [[nodiscard]] const OIIO::ImageSpec& spec() const { return spec_; }
 
-    // Rows `begin` to `end`, counted from the top, in the file's own numbers.
+    // Rows `begin` to `end`, counted from the top, in spec().format: the file's own, or the one that
+    // holds all of them where an OpenEXR's channels are of several types.
     void read_rows(int begin, int end, std::byte* out) {
         if (doubles_) {
-            for (int y = begin; y < end; ++y, out += spec_.scanline_bytes(true))
+            for (int y = begin; y < end; ++y, out += spec_.scanline_bytes())
                 doubles_->read_row(y, out);
             return;
         }
@@ -182,7 +183,7 @@ void check_agreement(const OIIO::ImageSpec& spec, const FileHeader& header,
     if (spec.deep || spec.depth > 1)
         throw_unsupported(format, "deep texels or more than one layer of depth");
     const std::int64_t tile_bytes =
-        capped_product({spec.tile_width, spec.tile_height, std::int64_t(spec.pixel_bytes(true))});
+        capped_product({spec.tile_width, spec.tile_height, std::int64_t(spec.pixel_bytes())});
     if (spec.width != header.width || spec.height != header.height ||
         spec.nchannels != header.channels || tile_bytes > limits.max_tile_bytes)
         throw_broken(format, "its header contradicts itself");
@@ -193,7 +194,7 @@ void check_agreement(const OIIO::ImageSpec& spec, const FileHeader& header,
 // Rows at a time: few enough that the buffer stays small, and whole strips where strips are small,
 // which the TIFF reader hands out without a detour.
 int rows_at_once(const OIIO::ImageSpec& spec) {
-    const std::size_t row_bytes = std::max<std::size_t>(spec.scanline_bytes(true), 1);
+    const std::size_t row_bytes = std::max<std::size_t>(spec.scanline_bytes(), 1);
     const int rows = int(std::clamp<std::size_t>(native_buffer_bytes / row_bytes, 1, 256));
     const int strip = spec.get_int_attribute("tiff:RowsPerStrip", 32);  // OpenEXR packs up to 32
     return strip > 0 && strip <= rows ? rows / strip * strip : rows;
@@ -241,7 +242,7 @@ void read_all_rows(Reader& reader, SampleType type, const Conversion& conversion
                    GrowingImage& image) {
     const OIIO::ImageSpec& spec = reader.spec();
     const int step = rows_at_once(spec);
-    std::vector<std::byte> stored(spec.scanline_bytes(true) * std::size_t(step));
+    std::vector<std::byte> stored(spec.scanline_bytes() * std::size_t(step));
     for (int y = 0; y < spec.height; y += step) {
         const int end = std::min(y + step, spec.height);
         reader.read_rows(y, end, stored.data());
@@ -254,7 +255,7 @@ void read_all_rows(Reader& reader, SampleType type, const Conversion& conversion
 void read_all_tiles(Reader& reader, SampleType type, const Conversion& conversion,
                     GrowingImage& image) {
     const OIIO::ImageSpec& spec = reader.spec();
-    std::vector<std::byte> stored(spec.tile_bytes(true));
+    std::vector<std::byte> stored(spec.tile_bytes());
     for (int top = 0; top < spec.height; top += spec.tile_height) {
         const int rows = std::min(spec.tile_height, spec.height - top);
         for (int left = 0; left < spec.width; left += spec.tile_width) {
@@ -263,7 +264,7 @@ void read_all_tiles(Reader& reader, SampleType type, const Conversion& conversio
             image.grow_to(top + rows);
             for (int y = 0; y < rows; ++y)
                 convert_texels(
-                    stored.data() + std::size_t(y) * spec.tile_width * spec.pixel_bytes(true), type,
+                    stored.data() + std::size_t(y) * spec.tile_width * spec.pixel_bytes(), type,
                     std::size_t(columns), conversion, image.at(left, top + y));
         }
     }

@@ -19,12 +19,13 @@ std::shared_ptr<const T> shared(SharedCache* cache, const HeightField& field,
 std::uint64_t bytes_of(const Image& image) { return image.values.size() * sizeof(float); }
 
 std::uint64_t bytes_of(const HeightField& field) {
-    return bytes_of(field.heights) + bytes_of(field.alpha) + bytes_of(field.albedo) +
-           field.no_height.size() / 8;
+    return bytes_of(field.heights) + bytes_of(field.bump) + bytes_of(field.alpha) +
+           bytes_of(field.albedo) + field.no_height.size() / 8;
 }
 
 std::uint64_t bytes_of(const PreparedSolid& prepared) {
-    return prepared.solid.bytes() + prepared.packets.bytes() + bytes_of(prepared.slopes);
+    return prepared.solid.bytes() + prepared.packets.bytes() + bytes_of(prepared.slopes) +
+           bytes_of(prepared.bumped_slopes);
 }
 
 Image slopes_of(const HeightField& field, double relief, const Executor& executor) {
@@ -38,6 +39,17 @@ Image slopes_of(const HeightField& field, double relief, const Executor& executo
             }
     });
     return slopes;
+}
+
+// h + b has the sum of their slopes.
+Image bumped_slopes_of(const Scene& scene, const Image& slopes, const Executor& executor) {
+    if (scene.field->bump.empty()) return {};
+    HeightField bump;
+    bump.heights = scene.field->bump;
+    bump.alpha = scene.field->alpha;
+    Image sum = slopes_of(bump, scene.bump_relief, executor);
+    for (std::size_t n = 0; n < sum.values.size(); ++n) sum.values[n] += slopes.values[n];
+    return sum;
 }
 
 TransportSurface surface_of(const HeightField& field, const PreparedSolid& prepared,
@@ -63,6 +75,7 @@ PreparedSolid::PreparedSolid(const Scene& scene, const RenderControl& control)
     : solid(make_solid(*scene.field, scene.relief, scene.base, scene.material.depth)),
       packets(solid, control.executor, control.simd),
       slopes(slopes_of(*scene.field, scene.relief, control.executor)),
+      bumped_slopes(bumped_slopes_of(scene, slopes, control.executor)),
       roughness(SkyTransfer::roughness(solid)) {}
 
 std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
@@ -70,7 +83,8 @@ std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
     const bool has_depth = scene.base.kind == Base::Kind::automatic;
     const std::string key =
         key_of("solid", scene.relief, int(scene.base.kind), scene.base.level,
-               has_depth ? scene.material.depth : 0, int(control.simd), scene.field->shape_key);
+               has_depth ? scene.material.depth : 0, int(control.simd),
+               scene.field->bump.empty() ? 0 : scene.bump_relief, scene.field->shape_key);
     return shared<PreparedSolid>(control.cache, *scene.field, key, [&] {
         auto made = std::make_shared<const PreparedSolid>(scene, control);
         return SharedCache::Made<PreparedSolid>{made, bytes_of(*made)};

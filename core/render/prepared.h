@@ -22,9 +22,15 @@ struct PreparedSolid {
     Solid solid;
     PacketSolid packets;  ///< of `solid`
     Image slopes;         ///< dz/dx and dz/dy of every texel (normals.h)
+    Image bumped_slopes;  ///< with those of the bump map; empty: there is none
     double roughness;     ///< SkyTransfer::roughness()
 
     PreparedSolid(const Scene& scene, const RenderControl& control);
+
+    /// What normals to shade with are made of.
+    [[nodiscard]] const Image& shading_slopes() const {
+        return bumped_slopes.empty() ? slopes : bumped_slopes;
+    }
 };
 
 /// The scene's solid. From the cache, as all here, where the map has a key.

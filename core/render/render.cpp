@@ -369,7 +369,7 @@ bool may_shade_smaller_map(const Scene& scene, const Output& output, PictureSize
 }
 
 Image render_part(const Scene& scene, const Output& output, PictureSize size,
-                  const RenderControl& control, int& coarse_directions) {
+                  const RenderControl& control, Picture& picture) {
     const HeightField& field = *scene.field;
     const Rect window = output.region.value_or(Rect{0, 0, field.width(), field.height()});
     assert(window.x >= 0 && window.y >= 0 && window.x + window.width <= field.width() &&
@@ -383,9 +383,11 @@ Image render_part(const Scene& scene, const Output& output, PictureSize size,
         is_beauty && is_own_size && is_finished_by_colours(output, !field.alpha.empty());
     auto prepared = prepared_solid(scene, control);
     SkyLights skies = sky_lights(scene, output, part, *prepared, control);
-    coarse_directions = coarse_environment(scene, output, skies);
+    picture.coarse_environment = coarse_environment(scene, output, skies);
     const TranslucentLight translucent = translucent_light(scene, output, *prepared, control);
-    if (translucent.coarse_directions > 0) coarse_directions = translucent.coarse_directions;
+    if (translucent.coarse_directions > 0)
+        picture.coarse_environment = translucent.coarse_directions;
+    picture.coarse_transport = translucent.is_coarse;
     Image image = shade(scene, output, part, finish,
                         {scene, output.transfer, environment_sampling(output), control,
                          std::move(skies), std::move(prepared), &translucent},
@@ -408,13 +410,14 @@ Picture render(const Scene& scene, const Output& output, const RenderControl& co
         const Scene small{
             .field = smaller_shared_field(*scene.field, size.width, size.height, control),
             .relief = scene.relief,
+            .bump_relief = scene.bump_relief,
             .base = scene.base,
             .normal_scale = scene.normal_scale,
             .lights = scene.lights,
             .material = scene.material};
-        picture.pixels = render_part(small, output, size, control, picture.coarse_environment);
+        picture.pixels = render_part(small, output, size, control, picture);
     } else {
-        picture.pixels = render_part(scene, output, size, control, picture.coarse_environment);
+        picture.pixels = render_part(scene, output, size, control, picture);
     }
     return picture;
 }

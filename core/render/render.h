@@ -33,6 +33,7 @@ struct Picture {
     // What was coarser than in the final picture, as Accuracy::preview allows.
     bool coarse_map = false;     ///< shaded on an averaged-down map
     int coarse_environment = 0;  ///< lit from no more directions of an environment; 0: from as many
+    bool coarse_transport = false;  ///< light below the surface was summed with larger errors
 };
 
 /// What stands for an environment whose lights are summed one by one (see SkyLight::covers()), in the

@@ -14,7 +14,8 @@ namespace relit {
 
 struct Scene {
     std::shared_ptr<const HeightField> field;
-    double relief = 0.15;  ///< z of height 1 in scene units (1 = the map's width), > 0
+    double relief = 0.15;       ///< z of height 1 in scene units (1 = the map's width), > 0
+    double bump_relief = 0.01;  ///< z of 1 in the field's bump map, scene units, > 0
     Base base;
     double normal_scale = 1;  ///< multiplies the slopes for highlights and the normal layer, >= 0
     std::vector<Light> lights{PointLight{}};  ///< at least one

@@ -124,7 +124,8 @@ struct Shader::Mirrored {
     TileNumbers x, y, z;
 
     Mirrored(const Shader& shader, std::span<const TexelIndex> texels) {
-        load_slopes(shader.prepared_->slopes, texels, float(shader.scene_.normal_scale), x, y);
+        load_slopes(shader.prepared_->shading_slopes(), texels, float(shader.scene_.normal_scale),
+                    x, y);
         for (std::size_t k = 0; k < texels.size(); ++k) {
             // 2 (n . v) n - v with n = (-x, -y, 1) / length
             const float twice = 2 / (1 + x[k] * x[k] + y[k] * y[k]);
@@ -182,7 +183,7 @@ void Shader::add_skies(std::span<const TexelIndex> texels, bool is_glossy, TileS
 }
 
 Vec3 Shader::normal(TexelIndex at) const {
-    const float* slopes = &prepared_->slopes.row(at.j)[2 * std::size_t(at.i)];
+    const float* slopes = &prepared_->shading_slopes().row(at.j)[2 * std::size_t(at.i)];
     return normal_from({slopes[0], slopes[1]}, scene_.normal_scale);
 }
 

@@ -29,7 +29,8 @@ SkyLights skies_of(const Scene& matt, const Output& output, const PreparedSolid&
     SkyLights skies;
     for (const Light& light : matt.lights) {
         skies.emplace_back();
-        if (SkyLight::covers(matt, light, prepared))
+        // d of a sky knows nothing of bumps.
+        if (prepared.bumped_slopes.empty() && SkyLight::covers(matt, light, prepared))
             skies.back() = std::make_unique<const SkyLight>(
                 matt, std::get<EnvironmentLight>(light), prepared, SkyLight::Sum::colours,
                 /*has_diffuse=*/true, all, output.accuracy == Accuracy::preview, control);
@@ -41,12 +42,15 @@ SkyLights skies_of(const Scene& matt, const Output& output, const PreparedSolid&
 struct SurfaceTile {
     RayTile starts;
     TileNumbers slope_x, slope_y, normal_z;
+    TileNumbers own_slope_x, own_slope_y;  // without the bump map, where there is one
     TileSums irradiance, entering, entering_behind, highlight, reflected;
     TileSums inward;  // x, y, z, times the luminance of what enters
 
     SurfaceTile(const PreparedSolid& prepared, std::span<const TexelIndex> texels)
         : starts(surface_starts(prepared.solid, texels)) {
-        load_slopes(prepared.slopes, texels, 1, slope_x, slope_y);
+        load_slopes(prepared.shading_slopes(), texels, 1, slope_x, slope_y);
+        if (!prepared.bumped_slopes.empty())
+            load_slopes(prepared.slopes, texels, 1, own_slope_x, own_slope_y);
         for (int k = 0; k < starts.count; ++k)
             normal_z[k] = 1 / std::sqrt(1 + slope_x[k] * slope_x[k] + slope_y[k] * slope_y[k]);
     }
@@ -201,6 +205,11 @@ void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& t
     for (int k = 0; k < count; ++k)
         cosine[k] = std::max(0.0f, tile.normal_z[k] * (light.z[k] - tile.slope_x[k] * light.x[k] -
                                                        tile.slope_y[k] * light.y[k]));
+    if (!prepared_.bumped_slopes.empty())
+        for (int k = 0; k < count; ++k)
+            if (light.z[k] - tile.own_slope_x[k] * light.x[k] - tile.own_slope_y[k] * light.y[k] <=
+                0)
+                cosine[k] = 0;  // behind the surface itself
     if (std::all_of(cosine.begin(), cosine.begin() + count, [](float c) { return c == 0; })) return;
     TileNumbers visible;
     fill_visibility(target_of(sample), tile.starts, visible);

@@ -112,7 +112,7 @@ void multiply_by_view(Image& light, const PreparedSolid& prepared, const RenderC
     parallel_rows(control.executor, light.height, control.stop, [&](RowRange rows) {
         for (int j = rows.begin; j < rows.end; ++j)
             for (int i = 0; i < light.width; ++i) {
-                const Rgb share = share_of(normal_z(prepared.slopes, i, j));
+                const Rgb share = share_of(normal_z(prepared.shading_slopes(), i, j));
                 float* const out = &light.at(i, j);
                 out[0] *= float(share.r), out[1] *= float(share.g), out[2] *= float(share.b);
             }
@@ -196,7 +196,9 @@ TranslucentLight beauty_light(const Scene& scene, const Output& output,
                                         .reflected = m.film.has_value(),
                                         .inward = knows_directions(m)},
                                        control);
-    TranslucentLight result{.coarse_directions = light.coarse_directions};
+    const bool carries = m.bssrdf_weight > 0 || (has_highlight(m) && is_carried(m.highlight));
+    TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
+                            .coarse_directions = light.coarse_directions};
     result.matt = std::move(light.irradiance);
     for (float& v : result.matt.values) v *= float(m.diffuse_weight);
     if (m.bssrdf_weight > 0)
@@ -218,7 +220,9 @@ TranslucentLight layer_light(const Scene& scene, const Output& output,
                                         .highlight = shines,
                                         .inward = enters && knows_directions(scene.material)},
                                        control);
-    TranslucentLight result{.coarse_directions = light.coarse_directions};
+    const bool carries = enters || (shines && is_carried(scene.material.highlight));
+    TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
+                            .coarse_directions = light.coarse_directions};
     if (enters) result.layer = subsurface(scene, output, prepared, light, control);
     else if (shines)
         result.layer = highlight(scene, output, prepared, std::move(light.highlight), control);

@@ -14,6 +14,7 @@ struct TranslucentLight {
     Image matt;   ///< what textures multiply: wBssrdf L_o + wDiffuse E / pi (section 2.4)
     Image sheen;  ///< what is added to it: the film's reflection and k_h H
     Image layer;  ///< of the layers irradiance, subsurface (L_o) and highlight (k_h H)
+    bool is_coarse = false;     ///< it was carried below the surface as a preview allows
     int coarse_directions = 0;  ///< of an environment, where a preview takes fewer; else 0
 };
 

@@ -1,38 +1,14 @@
 #include "core/transport/transport.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 
 #include "core/transport/convolution.h"
 #include "core/transport/level_sum.h"
-#include "core/transport/sample_tree.h"
-#include "core/transport/tree_sum.h"
+#include "core/transport/texel_tree.h"
 
 namespace relit {
-namespace {
-
-SurfaceSamples samples_of(const TransportSurface& surface, std::vector<std::uint32_t>& texels) {
-    SurfaceSamples samples;
-    const double spacing = surface.spacing();
-    for (int j = 0; j < surface.height(); ++j)
-        for (int i = 0; i < surface.width(); ++i) {
-            if (!(surface.area.at(i, j) > 0)) continue;
-            texels.push_back(std::uint32_t(j) * surface.width() + i);
-            samples.x.push_back(float((i + 0.5) * spacing));
-            samples.y.push_back(float((j + 0.5) * spacing));
-            samples.z.push_back(surface.z.at(i, j));
-            samples.area.push_back(surface.area.at(i, j));
-        }
-    return samples;
-}
-
-// Texels whose sums are made together: a square.
-constexpr int square_side = 8;
-static_assert(square_side * square_side == kernels::group_points);
-
-}  // namespace
 
 std::string_view name_of(TransportPath path) {
     switch (path) {
@@ -48,37 +24,6 @@ std::string_view name_of(TransportPath path) {
 
 namespace {
 
-// The sums of the texels of the square at (left, top).
-void sum_square(const TransportSurface& surface, const TreeSum& tree_sum, int channels, int left,
-                int top, TreeSum::Lists& lists, Image& out) {
-    struct Texel {
-        int i, j;
-    };
-    std::array<Texel, kernels::group_points> texels;
-    kernels::PointGroup points;
-    int count = 0;
-    for (int j = top; j < std::min(top + square_side, surface.height()); ++j)
-        for (int i = left; i < std::min(left + square_side, surface.width()); ++i) {
-            if (!(surface.area.at(i, j) > 0)) continue;
-            points.x[count] = float((i + 0.5) * surface.spacing());
-            points.y[count] = float((j + 0.5) * surface.spacing());
-            points.z[count] = surface.z.at(i, j);
-            texels[count++] = {i, j};
-        }
-    if (count == 0) return;
-    for (int k = count; k < kernels::group_points; ++k) {
-        points.x[k] = points.x[0];
-        points.y[k] = points.y[0];
-        points.z[k] = points.z[0];
-    }
-    std::array<float, RadialKernel::max_channels * kernels::group_points> sums;
-    tree_sum(points, lists, sums);
-    for (int k = 0; k < count; ++k) {
-        const auto [i, j] = texels[k];
-        for (int c = 0; c < channels; ++c) out.at(i, j, c) = sums[c * kernels::group_points + k];
-    }
-}
-
 // What one accuracy asks for. Errors are relative, RMS, of M; measured in tests and benchmarks.
 struct Demands {
     double steepness;      // mean square of slopes that distances along the plane will do for
@@ -93,7 +38,7 @@ Demands demands_of(TransportAccuracy accuracy) {
         case TransportAccuracy::preview:
             return {0.01, 3, 1.1, 0.05, 0.3f};
         case TransportAccuracy::final:
-            return {0.003, 4, 2.2, 0.001, 0.08f};
+            return {0.003, 4, 2.2, 0.001, 0.05f};
         case TransportAccuracy::exact:
             break;
     }
@@ -113,36 +58,6 @@ double steepness_of(const TransportSurface& surface) {
     }
     return count > 0 ? sum / double(count) : 0;
 }
-
-// Sums of every texel by the octree.
-struct TreeOfTexels {
-    std::vector<std::uint32_t> texels;  // of the samples
-    SampleTree tree;
-
-    TreeOfTexels(const TransportSurface& surface, const std::stop_token& stop)
-        : tree(samples_of(surface, texels), stop) {}
-
-    [[nodiscard]] Image sum(const TransportSurface& surface, const RadialKernel& kernel,
-                            float threshold, Simd simd, const Image& flux, const Executor& executor,
-                            const std::stop_token& stop) const {
-        std::vector<float> of_samples;
-        of_samples.reserve(texels.size() * std::size_t(flux.channels));
-        for (const std::uint32_t texel : texels)
-            for (int c = 0; c < flux.channels; ++c)
-                of_samples.push_back(flux.values[std::size_t(texel) * flux.channels + c]);
-        const TreeFlux in_tree = tree_flux(tree, of_samples, flux.channels);
-        const TreeSum tree_sum(tree, in_tree, kernel, threshold, simd);
-        Image out(flux.width, flux.height, flux.channels);
-        const int bands = (flux.height + square_side - 1) / square_side;
-        parallel_rows(executor, bands, stop, [&](RowRange rows) {
-            TreeSum::Lists lists;
-            for (int band = rows.begin; band < rows.end; ++band)
-                for (int i = 0; i < flux.width; i += square_side)
-                    sum_square(surface, tree_sum, flux.channels, i, band * square_side, lists, out);
-        });
-        return out;
-    }
-};
 
 // What a texel's own area adds to its sum; and 0 where nothing is, which a convolution does not know.
 void finish(const TransportSurface& surface, const RadialKernel& kernel, const Image& flux,
@@ -180,7 +95,7 @@ struct Transport::Parts {
     // One of these.
     std::unique_ptr<KernelSpectrum> spectrum;
     std::unique_ptr<LevelSum> levels;
-    std::unique_ptr<TreeOfTexels> tree;
+    std::unique_ptr<TexelTree> tree;
 
     void prepare(TransportAccuracy accuracy, const Executor& executor,
                  const std::stop_token& stop) {
@@ -192,7 +107,7 @@ struct Transport::Parts {
                                                             surface->height(), executor, stop);
             else prepare_levels(demands, executor, stop);
         }
-        if (!spectrum && !levels) tree = std::make_unique<TreeOfTexels>(*surface, stop);
+        if (!spectrum && !levels) tree = std::make_unique<TexelTree>(*surface, stop, simd);
     }
 
     // From as coarse a level as the kernel allows, else from the texels.
@@ -232,7 +147,7 @@ TransportPath Transport::path() const {
 std::uint64_t Transport::bytes() const {
     if (parts_->spectrum) return parts_->spectrum->bytes();
     if (parts_->levels) return parts_->levels->bytes();
-    return parts_->tree->tree.bytes() + parts_->tree->texels.size() * sizeof(std::uint32_t);
+    return parts_->tree->bytes();
 }
 
 Image Transport::sum(const Image& flux, const Executor& executor,
@@ -244,9 +159,7 @@ Image Transport::sum(const Image& flux, const Executor& executor,
     Image out;
     if (parts_->spectrum) out = convolved(*parts_->spectrum, masked(surface, flux), executor, stop);
     else if (parts_->levels) out = parts_->levels->sum(flux, executor, stop);
-    else
-        out = parts_->tree->sum(surface, kernel, parts_->threshold, parts_->simd, flux, executor,
-                                stop);
+    else out = parts_->tree->sum(kernel, parts_->threshold, flux, executor, stop);
     finish(surface, kernel, flux, out, executor, stop);
     return out;
 }

@@ -21,6 +21,8 @@
 #include "server/http/head.h"
 #include "server/http/peer.h"
 #include "server/http/problem.h"
+#include "server/http/request_log.h"
+#include "server/logging/log.h"
 
 namespace relit::server {
 namespace {
@@ -226,12 +228,25 @@ void Acceptor::give_up_the_late() {
     }
 }
 
+// The id is that of the last one.
+void Acceptor::log_refusal(const Error& error, std::string_view id) {
+    const std::string_view reason = error.limit.empty() ? error.code : error.limit;
+    const std::uint64_t count = refusals_.count(reason, Clock::now());
+    if (count == 0) return;
+    const LogField fields[] = {{"id", id}, {"reason", reason}, {"count", std::int64_t(count)}};
+    log_event(spdlog::level::warn, "connections refused", fields);
+}
+
 // The client has a moment to read why: closing with bytes unread would make the kernel throw the
 // reply away.
 void Acceptor::refuse(Waiting& client, const Error& error) {
     ++metrics_.refused_connections;
     if (!error.limit.empty()) ++metrics_.limit_refusals.of(error.limit);
-    const std::string text = text_of(problem_reply(error));
+    Reply reply = problem_reply(error);
+    const std::string id = request_id_of({});
+    reply.headers.emplace("X-Request-Id", id);
+    const std::string text = text_of(reply);
+    log_refusal(error, id);
     const bool sent =
         ::send(client.socket, text.data(), text.size(), MSG_NOSIGNAL) == ssize_t(text.size());
     ::shutdown(client.socket, SHUT_WR);

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "server/http/address_slots.h"
+#include "server/http/refusal_log.h"
 #include "server/http/workers.h"
 #include "server/limits.h"
 #include "server/metrics.h"
@@ -67,6 +68,7 @@ private:
     void give_threads();
     void give_up_the_late();
     void refuse(Waiting& client, const Error& error);
+    void log_refusal(const Error& error, std::string_view id);
     void tidy();
     [[nodiscard]] Clock::time_point end_of(const Waiting& client) const;
 
@@ -74,6 +76,7 @@ private:
     Metrics& metrics_;
     const Reception reception_;
     AddressSlots addresses_;
+    RefusalLog refusals_;
     std::deque<Waiting> line_;  // in the order of arrival
     std::atomic<bool> crowded_{false};
     std::atomic<bool> stopping_{false};

@@ -141,24 +141,26 @@ void BatchRunner::work_on(const Claim& claim, const RenderFrame& render) {
 
 // Leaves a picture or a problem; neither, where the frame is to be given back.
 void BatchRunner::render_held(Held& held, const Claim& claim, const RenderFrame& render) {
-    const auto problem = [&](std::string_view code, const std::string& detail) {
-        return settings_.problem({code, detail});
+    const auto fail = [&](const Error& error) {
+        held.problem = settings_.problem(error);
+        held.limit = error.limit;
     };
     try {
         held.picture = render(claim.scene, held.stop.get_token());
     } catch (const Error& error) {
         const std::scoped_lock lock(mutex_);
-        if (error.code != error_code::cancelled) held.problem = settings_.problem(error);
+        if (error.code != error_code::cancelled) fail(error);
         else if (held.why == Held::Why::too_late)
-            held.problem = problem(error_code::timed_out,
-                                   "the frame was not ready in time (batch-frame-timeout)");
+            fail({error_code::timed_out,
+                  "the frame was not ready in time (batch-frame-timeout)",
+                  {},
+                  "batch-frame-timeout"});
     } catch (const std::bad_alloc&) {
-        held.problem =
-            problem(error_code::memory_full, "there was not enough memory for the frame");
+        fail({error_code::memory_full, "there was not enough memory for the frame"});
     } catch (const std::exception& error) {
         spdlog::error("batches: frame {} of {} failed: {}", claim.lease.number, claim.lease.batch,
                       error.what());
-        held.problem = problem(error_code::internal, "the server failed to render the frame");
+        fail({error_code::internal, "the server failed to render the frame"});
     }
 }
 
@@ -245,9 +247,11 @@ bool BatchRunner::deliver(HeldList& finished) try {
         JobStore::Ending& ending = endings.emplace_back();
         ending.lease = held.lease;
         ending.problem = held.problem;
-        if (held.picture && full_)
+        if (held.picture && full_) {
+            held.limit = "max-results";
             ending.problem = settings_.problem(
                 {error_code::storage_full, "there is no room left for results (max-results)"});
+        }
         if (!ending.problem.empty()) continue;
         const auto& [bytes, media_type] = *held.picture;
         ending.result = {"", bytes.size(), media_type};
@@ -258,10 +262,11 @@ bool BatchRunner::deliver(HeldList& finished) try {
     for (JobStore::Ending& ending : endings)
         if (ending.result) ending.result->file = std::move(*name++);
     const auto ended = store_.end(endings);
-    for (std::size_t i = 0; i < ended.size(); ++i) {
+    auto held = finished.begin();
+    for (std::size_t i = 0; i < ended.size(); ++i, ++held) {
         const std::string& batch = endings[i].lease.batch;
         if (ended[i].counted) {
-            settings_.counted(endings[i].result.has_value());
+            settings_.counted(endings[i].result.has_value(), held->limit);
             settings_.changed(batch, ended[i].finished);
         } else if (!store_.find(batch)) {
             results_.remove(batch);  // it was removed meanwhile

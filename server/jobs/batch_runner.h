@@ -13,6 +13,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -38,8 +39,8 @@ struct BatchRunnerSettings {
     std::function<bool()> is_busy = [] {
         return false;
     };  ///< requests have somebody waiting for them
-    /// Told of every frame that has ended.
-    std::function<void(bool done)> counted = [](bool) {};
+    /// Told of every frame that has ended, and of the setting (Error::limit) that it failed because of.
+    std::function<void(bool done, std::string_view limit)> counted = [](bool, std::string_view) {};
     /// Told after a batch has changed, and whether with its last frame. From any thread.
     std::function<void(const std::string& batch, bool finished)> changed = [](const std::string&,
                                                                               bool) {};
@@ -88,6 +89,7 @@ private:
         Why why = Why::none;  // it was stopped
         std::optional<RenderedFrame> picture{};
         std::string problem{};
+        std::string_view limit{};  // the setting behind the problem
         Clock::time_point ended{};
     };
     using HeldList = std::list<Held>;

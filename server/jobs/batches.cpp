@@ -1,6 +1,7 @@
 #include "server/jobs/batches.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include "core/base/parallel.h"
 #include "server/error_codes.h"
@@ -69,7 +70,11 @@ Batches::Batches(const std::filesystem::path& folder, const BatchNeeds& needs)
            .busy_workers = busy_workers_of(needs),
            .renderer = [this] { return frame_renderer(needs_); },
            .is_busy = [this] { return needs_.renders.idle_for() < requests_are_over; },
-           .counted = [this](bool done) { ++needs_.metrics.batch_frames[done ? 0 : 1]; },
+           .counted =
+               [this](bool done, std::string_view limit) {
+                   ++needs_.metrics.batch_frames[done ? 0 : 1];
+                   if (!limit.empty()) ++needs_.metrics.limit_refusals.of(limit);
+               },
            .changed = [this](const std::string& batch, bool finished) { changed(batch, finished); },
            .problem = problem_text,
            .frame_timeout = needs.limits.batch_frame_timeout,
@@ -161,6 +166,14 @@ BatchFacts Batches::find(const std::string& id) {
     auto batch = store_.find(id);
     if (!batch) throw no_such_batch();
     return std::move(*batch);
+}
+
+SharedBytes Batches::picture(const std::string& batch, const std::string& file) try {
+    return results_.get(batch, file);
+} catch (const Error& error) {
+    if (error.code == error_code::not_found && store_.find(batch))
+        spdlog::error("batches: the picture {} of {} was removed by somebody else", file, batch);
+    throw;
 }
 
 std::string Batches::new_id() { return random_hex(4); }

@@ -77,7 +77,9 @@ public:
     [[nodiscard]] BatchFacts find(const std::string& id);
 
     JobStore& store() { return store_; }
-    const ResultFiles& results() const { return results_; }
+    /// The bytes of a frame's picture, mapped.
+    /// @throws Error not_found: its batch was removed meanwhile, or somebody else removed its file (logged)
+    [[nodiscard]] SharedBytes picture(const std::string& batch, const std::string& file);
     BatchNews& news() { return news_; }
     StreamSlots& streams() { return streams_; }
 

@@ -49,6 +49,7 @@ struct BatchFacts {
     std::optional<StoreTime> started;   ///< when its first frame was claimed
     std::optional<StoreTime> finished;  ///< when its last frame was done or failed
     std::uint64_t result_bytes = 0;     ///< of the pictures that are done
+    std::int64_t last_event = 0;        ///< the id of its newest event; 0: there is none
 };
 
 /// A finished picture.

@@ -137,7 +137,8 @@ BatchFacts facts_of(const SqliteQuery& row) {
             .created = row.integer(6),
             .started = row.integer_or_null(7),
             .finished = row.integer_or_null(8),
-            .result_bytes = std::uint64_t(row.integer(9))};
+            .result_bytes = std::uint64_t(row.integer(9)),
+            .last_event = row.integer(10)};
 }
 
 FrameFacts frame_of(const SqliteQuery& row, int first_column) {

@@ -19,7 +19,7 @@ void insert_batch(SqliteDatabase& database, const NewBatch& batch);
 
 /// Columns of the queries that `facts_of` and `frame_of` read.
 #define RELIT_BATCH_COLUMNS \
-    "seq, id, priority, total, done, failed, created, started, finished, bytes"
+    "seq, id, priority, total, done, failed, created, started, finished, bytes, events"
 #define RELIT_FRAME_COLUMNS "number, name, state, file, size, media_type, problem"
 [[nodiscard]] BatchFacts facts_of(const SqliteQuery& row);
 [[nodiscard]] FrameFacts frame_of(const SqliteQuery& row, int first_column = 0);

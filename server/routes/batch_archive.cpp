@@ -86,8 +86,8 @@ public:
             const auto facts = finished_frame(number, watch);
             if (!facts) return false;
             if (facts->state == FrameState::failed) continue;
-            const auto picture = services_.batches.results().get(batch_.id, facts->result.file);
-            if (!send_file(frame, facts->name, picture.bytes, write)) return false;
+            const auto picture = picture_of(*facts);
+            if (!picture || !send_file(frame, facts->name, picture->bytes, write)) return false;
         }
         const std::string list = problems();
         const bool listed = store().find(batch_.id).value_or(BatchFacts{}).failed == 0 ||
@@ -99,6 +99,14 @@ private:
     JobStore& store() { return services_.batches.store(); }
     [[nodiscard]] Frame new_frame() const { return {format_, batch_.created / 1000}; }
     std::string problems() { return problems_json(store().failed_frames(batch_.id)); }
+
+    // @return nothing where it is gone, as all pictures of a batch that is deleted meanwhile
+    std::optional<SharedBytes> picture_of(const FrameFacts& facts) try {
+        return services_.batches.picture(batch_.id, facts.result.file);
+    } catch (const Error& error) {
+        if (error.code != error_code::not_found) throw;
+        return std::nullopt;
+    }
 
     // Waits for it. @return nothing where it will not come: the batch is gone, or we are to end
     std::optional<FrameFacts> finished_frame(int number, BatchNews::Watch& watch) {

@@ -24,11 +24,13 @@ constexpr auto keep_alive_every = 15s;  // so that those between see that the co
 constexpr std::string_view first_words = "retry: 1000\n\n";
 constexpr std::string_view still_here = ":\n\n";
 
-std::int64_t last_event_of(const Request& request) {
+// What is beyond the newest event cannot have been seen: waiting for what comes behind it would leave out
+// events without a word.
+std::int64_t last_event_of(const Request& request, const BatchFacts& batch) {
     const auto text = request.header("Last-Event-ID");
     if (!text) return 0;
     const auto id = parse_number<std::int64_t>(*text);
-    if (!id || *id < 0)
+    if (!id || *id < 0 || *id > batch.last_event)
         throw Error(error_code::malformed_request,
                     "the header Last-Event-ID must be the id of an event of this batch");
     return *id;
@@ -98,8 +100,8 @@ private:
 
 Reply get_batch_events(const Request& request, Services& services) {
     allow_parameters(request, {});
-    const std::int64_t after = last_event_of(request);
     BatchFacts batch = services.batches.find(request.path_params.at("id"));
+    const std::int64_t after = last_event_of(request, batch);
     // 204 tells a browser to come back no more.
     if (batch.finished && services.batches.store().events(batch.id, after, 1).empty())
         return {.status = 204, .headers = {{"Cache-Control", "no-store"}}};

@@ -197,7 +197,7 @@ Reply get_batch_frame(const Request& request, Services& services) {
     if (has_etag(request, etag)) return not_modified(etag, immutable);
     Reply reply{
         .content_type = frame.result.media_type,
-        .shared = services.batches.results().get(request.path_params.at("id"), frame.result.file)};
+        .shared = services.batches.picture(request.path_params.at("id"), frame.result.file)};
     reply.headers = {{"ETag", etag},
                      {"Cache-Control", std::string(immutable)},
                      {"Content-Disposition", "inline; filename=\"" + frame.name + "\""}};

@@ -98,6 +98,7 @@ std::string accuracy_text(const Output& output, const Picture& picture) {
         text += fmt::format("; map={}x{}", picture.pixels.width, picture.pixels.height);
     if (picture.coarse_environment > 0)
         text += fmt::format("; environment={}", picture.coarse_environment);
+    if (picture.coarse_transport) text += "; transport=coarse";
     return text;
 }
 

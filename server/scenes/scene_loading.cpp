@@ -75,6 +75,7 @@ struct FieldImages {
     FoundImage height;
     std::optional<FoundImage> alpha;
     std::optional<FoundImage> albedo;
+    std::optional<FoundImage> bump;
 };
 
 HeightField height_field(const FieldImages& images, Transfer transfer, const DecodeImage& decode,
@@ -87,6 +88,13 @@ HeightField height_field(const FieldImages& images, Transfer transfer, const Dec
     if (images.alpha) {
         const DecodedImage alpha = decoded(*images.alpha, decode);
         set_alpha(field, alpha.image, alpha.info.has_alpha, executor);
+    }
+    if (images.bump) {
+        const DecodedImage bump = decoded(*images.bump, decode);
+        blaming(images.bump->source, [&] {
+            set_bump(field, bump.image, bump.info.has_alpha, is_unsigned_integer(bump.info.type),
+                     executor);
+        });
     }
     if (images.albedo) {
         const DecodedImage albedo = decoded_colour(*images.albedo, decode);
@@ -102,10 +110,10 @@ std::shared_ptr<const HeightField> shared_field(const SceneDescription& descript
                                                 const FindImage& find, const DecodeImage& decode,
                                                 const Executor& executor, SharedCache& cache) {
     const FieldImages images{found(description.height, find), found(description.alpha, find),
-                             found(description.albedo, find)};
+                             found(description.albedo, find), found(description.bump, find)};
     const Transfer transfer = description.output.picture.transfer;
-    const std::string shape_key =
-        fmt::format("shape {} {}", images.height.key(), key_of(images.alpha));
+    const std::string shape_key = fmt::format("shape {} {} {}", images.height.key(),
+                                              key_of(images.alpha), key_of(images.bump));
     const std::string key = fmt::format("field {} {} {}", shape_key, key_of(images.albedo),
                                         images.albedo ? int(transfer) : 0);
     return cache.get<HeightField>(key, [&] {
@@ -113,8 +121,8 @@ std::shared_ptr<const HeightField> shared_field(const SceneDescription& descript
             std::make_shared<HeightField>(height_field(images, transfer, decode, executor));
         field->key = key;
         field->shape_key = shape_key;
-        const std::uint64_t bytes =
-            bytes_of(field->heights) + bytes_of(field->alpha) + bytes_of(field->albedo);
+        const std::uint64_t bytes = bytes_of(field->heights) + bytes_of(field->alpha) +
+                                    bytes_of(field->albedo) + bytes_of(field->bump);
         return SharedCache::Made<HeightField>{std::move(field), bytes};
     });
 }
@@ -208,6 +216,7 @@ Scene load_scene(const SceneDescription& description, const FindImage& find,
     check_output(description.output, scene.field->width(), scene.field->height(), limits);
     check_cost(description, scene.field->width(), scene.field->height(), limits);
     scene.relief = description.relief;
+    scene.bump_relief = description.bump_relief;
     scene.base = description.base;
     scene.normal_scale = description.normal_scale;
     scene.material = description.material;

@@ -3,7 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
+#include <utility>
 
 #include "server/schema/preset_merge.h"
 #include "server/schema/reader.h"
@@ -26,13 +28,19 @@ struct SentFrame {
     std::string pointer;  // where it stands; empty: nowhere
 };
 
+// What names of files end in; the first one of a format is what ours do.
+constexpr std::pair<std::string_view, PictureFormat> endings[] = {{"png", PictureFormat::png},
+                                                                  {"jpg", PictureFormat::jpeg},
+                                                                  {"jpeg", PictureFormat::jpeg},
+                                                                  {"webp", PictureFormat::webp},
+                                                                  {"exr", PictureFormat::exr}};
+
 std::string default_name(int number, int total, PictureFormat format) {
     const auto digits = std::max<std::size_t>(4, std::to_string(total - 1).size());
-    const char* ending = format == PictureFormat::jpeg   ? "jpg"
-                         : format == PictureFormat::webp ? "webp"
-                         : format == PictureFormat::exr  ? "exr"
-                                                         : "png";
-    return fmt::format("{:0{}}.{}", number, digits, ending);
+    const auto* const ending =
+        std::find_if(std::begin(endings), std::end(endings),
+                     [&](const auto& candidate) { return candidate.second == format; });
+    return fmt::format("{:0{}}.{}", number, digits, ending->first);
 }
 
 bool is_file_name(std::string_view name) {
@@ -49,6 +57,15 @@ std::string folded(std::string_view name) {
     std::string text(name);
     std::transform(text.begin(), text.end(), text.begin(), lower);
     return text;
+}
+
+// Programs open a picture by its name's ending. One that is no picture's says nothing.
+void check_ending(const std::string& name, PictureFormat format, const std::string& pointer) {
+    const std::string ending = folded(name.substr(std::min(name.rfind('.'), name.size() - 1) + 1));
+    for (const auto& [word, its_format] : endings)
+        if (word == ending && its_format != format)
+            refuse_value(fmt::format("ends in .{}, but the frame's output.format is another", word),
+                         pointer);
 }
 
 // Takes the name off what the frame is otherwise: no scene has such a field.
@@ -150,17 +167,20 @@ private:
 
     // An error in the scene says in which frame it is, and where that was sent.
     template <class Tree>
-    void add(const SentFrame& frame, const Json& base, std::string name, const Tree& tree) {
+    void add(const SentFrame& frame, const Json& base, const std::string& name, const Tree& tree) {
+        PictureFormat format{};
         try {
             const SceneDescription scene = scene_from(tree(), limits_.max_lights);
             check_(scene);
-            if (name.empty()) name = default_name(frame.number, total_, scene.output.format);
-            batch_.frames.push_back({std::move(name), scene_json(scene)});
+            format = scene.output.format;
+            batch_.frames.push_back({name, scene_json(scene)});
         } catch (const Error& e) {
             if (e.code == error_code::storage_failed) throw;
             throw Error(e.code, fmt::format("frame {}: {}", frame.number, e.what()),
                         sent_at(e.pointer, frame, base), e.limit);
         }
+        if (name.empty()) batch_.frames.back().name = default_name(frame.number, total_, format);
+        else check_ending(name, format, frame.pointer + "/name");
     }
 
     void check_count(std::size_t count, const std::string& pointer) const {

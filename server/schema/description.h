@@ -47,6 +47,8 @@ struct SceneDescription {
     ImageSource height;
     std::optional<ImageSource> alpha;
     std::optional<ImageSource> albedo;
+    std::optional<ImageSource> bump;
+    double bump_relief = 0.01;
     double relief = 0.15;
     Base base;
     double normal_scale = 1;
@@ -61,6 +63,7 @@ void for_each_image(Scene& scene, const Visit& visit) {
     visit(scene.height);
     if (scene.alpha) visit(*scene.alpha);
     if (scene.albedo) visit(*scene.albedo);
+    if (scene.bump) visit(*scene.bump);
     for (auto& light : scene.lights)
         if (auto* environment = std::get_if<EnvironmentDescription>(&light))
             visit(environment->image);

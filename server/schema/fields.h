@@ -297,6 +297,11 @@ void fields(V& v, S& scene) {
     v("height", scene.height, Required{}, "The height map: bright is near.");
     v("alpha", scene.alpha, Any{}, "Mask: what is below one half is not material.");
     v("albedo", scene.albedo, Any{}, "Colour per texel, multiplies diffuseColor.");
+    v("bump", scene.bump, Any{},
+      "Detail over the height map that shading alone shows, without shadows of its own: bright is "
+      "near.");
+    v("bumpRelief", scene.bump_relief, above(0, 10),
+      "Height of white above black in the bump map, in image widths.");
     v("relief", scene.relief, above(0, 10), "Height of white above black in image widths.");
     v("base", scene.base, from_to(-10, 10),
       "Floor of the material: none (endless opaque ground), auto (just under the lowest point), or "

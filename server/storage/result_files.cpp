@@ -99,7 +99,6 @@ SharedBytes ResultFiles::get(const std::string& batch, const std::string& name) 
     if (pack && place.offset <= pack->bytes.size() &&
         place.size <= pack->bytes.size() - place.offset)
         return {pack->owner, pack->bytes.substr(place.offset, place.size)};
-    spdlog::error("batches: the picture {} of {} was removed by somebody else", name, batch);
     throw Error(error_code::not_found, "The picture is gone.");
 }
 

@@ -42,17 +42,22 @@ struct Stream {
     std::string format;
     std::string accuracy = "final";
     std::string session = "bench";
+    std::string material = R"({"depth":0.004})";
 };
+
+// Light carried below the surface, and a highlight with it.
+constexpr const char* translucent =
+    R"({"depth":0.004,"model":"%s","medium":"marble","mmPerWidth":80,"highlight":{"k":0.3}})";
 
 std::string frame(const Stream& stream, int number) {
     const double angle = number * 0.02;
-    char scene[512];
+    char scene[768];
     std::snprintf(scene, sizeof scene,
-                  R"({"height":{"image":"%s"},"relief":0.1,"material":{"depth":0.004},)"
+                  R"({"height":{"image":"%s"},"relief":0.1,"material":%s,)"
                   R"("light":{"type":"point","position":[%.4f,%.4f,0.5]},)"
                   R"("output":{"format":"%s","accuracy":"%s"}})",
-                  stream.map.c_str(), 0.5 + 0.6 * std::cos(angle), 0.5 + 0.6 * std::sin(angle),
-                  stream.format.c_str(), stream.accuracy.c_str());
+                  stream.map.c_str(), stream.material.c_str(), 0.5 + 0.6 * std::cos(angle),
+                  0.5 + 0.6 * std::sin(angle), stream.format.c_str(), stream.accuracy.c_str());
     return scene;
 }
 
@@ -99,6 +104,15 @@ Latencies drag(int port, const Stream& stream, int frames) {
     return latencies;
 }
 
+void print_row(int size, const Stream& stream, Latencies l, const char* model) {
+    const double p50 = l.quantile(0.5), p95 = l.quantile(0.95);
+    std::printf("%6d %6s %9s %8.1f %8.2f %8.2f %8.2f %9.1f%% %9.1f %s\n", size,
+                stream.format.c_str(), stream.accuracy.c_str(), 1e3 * double(l.ms.size()) / l.sum(),
+                p50, p95, p95 / p50, 100 * (l.sum() / l.work_ms - 1),
+                double(l.bytes) / 1e3 / double(l.ms.size()), model);
+    std::fflush(stdout);
+}
+
 void one_stream(int port, int frames) {
     std::printf("%6s %6s %9s %8s %8s %8s %8s %10s %9s\n", "size", "format", "accuracy", "frames/s",
                 "p50 ms", "p95 ms", "p95/p50", "overhead", "kB/frame");
@@ -106,13 +120,16 @@ void one_stream(int port, int frames) {
         const std::string map = upload(port, terrain(size));
         for (const char* format : {"png", "jpeg", "webp"})
             for (const char* accuracy : {"final", "preview"}) {
-                Latencies l = drag(port, {map, format, accuracy}, frames);
-                const double p50 = l.quantile(0.5), p95 = l.quantile(0.95);
-                std::printf("%6d %6s %9s %8.1f %8.2f %8.2f %8.2f %9.1f%% %9.1f\n", size, format,
-                            accuracy, 1e3 * double(l.ms.size()) / l.sum(), p50, p95, p95 / p50,
-                            100 * (l.sum() / l.work_ms - 1),
-                            double(l.bytes) / 1e3 / double(l.ms.size()));
-                std::fflush(stdout);
+                const Stream stream{map, format, accuracy};
+                print_row(size, stream, drag(port, stream, frames), "");
+            }
+        for (const char* model : {"dipole", "directional-dipole"})
+            for (const char* accuracy : {"final", "preview"}) {
+                char material[256];
+                std::snprintf(material, sizeof material, translucent, model);
+                Stream stream{map, "jpeg", accuracy};
+                stream.material = material;
+                print_row(size, stream, drag(port, stream, frames / 3), model);
             }
     }
 }

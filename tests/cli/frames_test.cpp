@@ -177,6 +177,14 @@ TEST_F(CliFrames, RefuseWhatCannotBe) {
     expect_refusal("relit batch - -o f", 1, "stdin: frame 1: the name 'A.png' is there twice",
                    named + "\"a.png\"}\n" + named + "\"A.png\"}");
     EXPECT_EQ(run("relit batch - -o f", named + "\"../a.png\"}").status, 1);
+    expect_refusal("relit batch - -o f", 2,
+                   "stdin, line 1: a.jpg: the name says jpeg, output.format says exr; "
+                   "output.format jpeg or another name settles it",
+                   named + R"("a.jpg", "output": {"format": "exr"}})");
+    expect_refusal("relit batch - -o f", 2,
+                   "stdin, line 1: a.bmp: '.bmp' is no picture's ending; there are .png, .jpg, "
+                   ".webp and .exr, or say output.format",
+                   named + "\"a.bmp\"}");
     EXPECT_FALSE(fs::exists(folder.path() / "f")) << "nothing of it begins";
     expect_refusal(orbit + "-o -", 2, "-: frames go into a folder, not to stdout");
     write("file", "");

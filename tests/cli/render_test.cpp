@@ -253,8 +253,8 @@ TEST_F(CliRender, RefusesEmptyValuesNamingTheirFlag) {
     write("map.png", small_png());
     const std::string rest = ": is empty; see relit render --help";
     for (const std::string flag :
-         {"--preset", "--scene", "--light", "--sun", "--env", "--alpha", "--albedo", "--size",
-          "--format", "--set", "--threads", "--server"})
+         {"--preset", "--scene", "--light", "--sun", "--env", "--alpha", "--albedo", "--bump",
+          "--size", "--format", "--set", "--threads", "--server"})
         expect_refusal("relit render map.png -o a.png " + flag + " ''", 2, flag + rest);
     expect_refusal("relit render map.png -o ''", 2, "--output" + rest);
     expect_refusal("relit render --albedo= map.png -o a.png", 2, "--albedo" + rest);

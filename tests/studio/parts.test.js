@@ -2,9 +2,11 @@
 import assert from 'node:assert/strict'
 import test from 'node:test'
 import { Relit } from '../../clients/js/relit.js'
-import { allowed, readFields, spokenRange } from '../../clients/studio/fields.js'
+import { allowed, readFields, readMediumFields, spokenRange } from '../../clients/studio/fields.js'
 import { isPossible, lightingNames, underLighting } from '../../clients/studio/lightings.js'
 import { spokenFailure } from '../../clients/studio/failures.js'
+import { listedMedium, numbersOf, reachOf, spokenShare } from '../../clients/studio/media.js'
+import { explainingScene, hasLayer, models, withHighlight, withLobe, withModel } from '../../clients/studio/models.js'
 import { canRedo, canUndo, changed, redone, settled, startHistory, undone } from '../../clients/studio/history.js'
 import {
   decodeScene,
@@ -172,6 +174,82 @@ test('fields are read with range, words, default and sentence', () => {
   )
   assert.equal(allowed(3.7, fields.get('material.steps')), 4)
   assert.equal(allowed(NaN, fields.get('relief')), null)
+})
+
+test('an object that may be null has fields of its own and something to begin with', () => {
+  const numbers = { type: 'object', properties: { g: { type: 'array', items: { type: 'number', minimum: -0.99 } } } }
+  const schemas = {
+    Scene: {
+      properties: {
+        film: {
+          anyOf: [{ type: 'object', properties: { thickness: { type: 'number', default: 0.01 } } }, { type: 'null' }],
+          default: null,
+        },
+      },
+    },
+    PointLight: { properties: {} },
+    DirectionalLight: { properties: {} },
+    EnvironmentLight: { properties: {} },
+    Medium: { oneOf: [{ type: 'string', enum: ['jam'] }, numbers] },
+  }
+  const fields = readFields({ components: { schemas } })
+  assert.deepEqual(fields.get('film').start, { thickness: 0.01 })
+  assert.equal(fields.get('film.thickness').default, 0.01)
+  assert.equal(readMediumFields({ components: { schemas } }).get('g').low, -0.99)
+})
+
+const marble = { sigmaA: [0.0021, 0.0041, 0.0071], sigmaS: [2.19, 2.62, 3], g: [0, 0, 0], eta: 1.5 }
+const media = [{ name: 'marble', title: 'Marble', medium: marble }]
+
+// sigma_tr = sqrt(3 sigma_a (sigma_a + (1 - g) sigma_s)).
+test('light reaches 1 / sigma_tr, and a medium is known by its name or its numbers', () => {
+  near(reachOf(marble)[0], 1 / Math.sqrt(3 * 0.0021 * 2.1921))
+  near(reachOf({ ...marble, g: [0.9, 0, 0] })[0], 1 / Math.sqrt(3 * 0.0021 * 0.2211))
+  assert.ok(reachOf({ ...marble, sigmaA: [0, 0, 0] })[0] > 1000, 'nothing is absorbed')
+  assert.equal(numbersOf('marble', media), marble)
+  assert.equal(listedMedium(structuredClone(marble), media).name, 'marble')
+  assert.equal(listedMedium({ ...marble, eta: 1.4 }, media), undefined)
+  assert.deepEqual([0.0594, 0.00001, 1.7].map(spokenShare), ['5.9 %', '< 0.01 %', 'all'])
+})
+
+const integrated = {
+  height: { image: 'a' },
+  lights: [{ type: 'point' }],
+  material: {
+    model: 'integrated',
+    illumination: 'count',
+    specular: { k: 0 },
+    highlight: { lobe: 'ward', k: 0, nt: 40, nb: 5 },
+  },
+  output: { layer: 'beauty' },
+}
+const onLayer = (scene, layer) => withMember(scene, 'output.layer', layer)
+
+test('with another model goes what the server would refuse: counted samples, layers that are not there', () => {
+  const below = withModel(integrated, 'dipole')
+  assert.deepEqual([below.material.model, below.material.illumination], ['dipole', 'length'])
+  assert.equal(withModel(onLayer(below, 'subsurface'), 'better-dipole').output.layer, 'subsurface')
+  assert.equal(withModel(onLayer(below, 'subsurface'), 'integrated').output.layer, 'beauty')
+  const layers = ['beauty', 'irradiance', 'subsurface', 'highlight', 'thickness', 'normal']
+  const had = (scene) => layers.filter((layer) => hasLayer(scene, layer))
+  assert.deepEqual(had(integrated), ['beauty', 'normal'])
+  assert.deepEqual(had(below), layers)
+  assert.deepEqual(had({ ...below, lights: [{ type: 'environment' }] }), layers.toSpliced(4, 1))
+})
+
+test("highlights are the model's own kind, as strong as they were; Lafortune's sharpness begins anew", () => {
+  const strengths = ({ material }) => [material.specular.k, material.highlight.k]
+  assert.deepEqual(strengths(withHighlight(integrated, true)), [0.2, 0])
+  const below = withModel(integrated, 'dipole')
+  assert.deepEqual(strengths(withHighlight(below, true)), [0, 0.2])
+  assert.deepEqual(strengths(withHighlight(withMember(below, 'material.highlight.k', 0.7), true)), [0, 0.7])
+  assert.deepEqual(strengths(withHighlight(withMember(below, 'material.specular.k', 0.7), false)), [0, 0])
+  const { nt, nb, lobe } = withLobe(below, 'lafortune').material.highlight
+  assert.deepEqual([lobe, nt, nb], ['lafortune', -1, -1])
+  assert.equal(withLobe(withLobe(below, 'lafortune'), 'ashikhmin').material.highlight.nt, 10)
+  assert.equal(withLobe(below, 'ashikhmin').material.highlight.nt, 40)
+  const explained = explainingScene(below, models[3].name, 5, true)
+  assert.deepEqual([explained.material.model, explained.lights[0].elevation], ['directional-dipole', 5])
 })
 
 test('zoomed at a point, the texel under it stays; the map never leaves the stage', () => {

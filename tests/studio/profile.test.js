@@ -14,6 +14,8 @@ import {
   rayTo,
   startOf,
   surfaceAt,
+  surfacePoint,
+  visibilityOf,
 } from '../../clients/studio/profile.js'
 
 const near = (a, b, within) => assert.ok(Math.abs(a - b) <= within, `${a} is not ${b} within ${within}`)
@@ -43,6 +45,20 @@ test('on a plane d is the cosine, for every tilt and depth', () => {
       const r = lengthAt(plane, [32, 24], depth, light)
       near(illuminationOf(r, { illumination: 'length', depth }), cosine, 1e-4)
     }
+})
+
+test('what arrives at a surface is whole in the open, and less the longer its way through the relief', () => {
+  const light = { type: 'directional', azimuth: 90, elevation: 20 }
+  const walled = solidOf((x) => (x > 0.7 && x < 0.8 ? 0.9 : 0.1), { width: 320, rows: 240 })
+  const at = (texel) => {
+    const from = surfacePoint(walled, texel)
+    return insideLength(insideParts(walled, from, rayTo(walled, from, light)))
+  }
+  const material = { depth: 0.01, attenuation: 5 }
+  const seen = (texel, illumination) => visibilityOf(at(texel), { ...material, illumination })
+  assert.deepEqual([seen([300, 120], 'length'), seen([300, 120], 'exponential')], [1, 1])
+  near(seen([150, 120], 'length'), (0.01 / 0.1) * Math.cos(Math.PI / 9), 0.005)
+  near(seen([150, 120], 'exponential'), Math.exp((-5 * 0.1) / Math.cos(Math.PI / 9)), 0.02)
 })
 
 test('a wall lengthens r by its thickness along the ray', () => {

@@ -7,8 +7,8 @@ import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, test } from 'node:test'
 import { fileURLToPath } from 'node:url'
-import { lightControls, sceneControls } from '../../clients/studio/controls.js'
-import { readFields } from '../../clients/studio/fields.js'
+import { layerNames, lightControls, mediumControls, sceneControls } from '../../clients/studio/controls.js'
+import { readFields, readMediumFields } from '../../clients/studio/fields.js'
 import { decodePng } from '../../clients/studio/png.js'
 import { close, drag, finalFrame, keep, openStudio, rested, sceneNow, staged, violations, withoutTrouble } from './support.js'
 
@@ -212,7 +212,8 @@ test("the cross-section's r is the server's own, for points, suns and light from
 })
 
 test('every field of a scene has a control, within what the server takes', async () => {
-  const fields = readFields(await (await fetch(server.address + '/openapi.json')).json())
+  const api = await (await fetch(server.address + '/openapi.json')).json()
+  const fields = readFields(api)
   const lights = Object.entries(lightControls).flatMap(([type, controls]) =>
     controls.map((control) => ({ ...control, field: `${type}.${control.path.replace(/\.\d$/, '')}` })),
   )
@@ -227,6 +228,7 @@ test('every field of a scene has a control, within what the server takes', async
     'height',
     'alpha',
     'albedo',
+    'bump',
     'light',
     'lights',
     'output.layer',
@@ -248,9 +250,13 @@ test('every field of a scene has a control, within what the server takes', async
     const known = fields.get(field)
     assert.ok(known, field)
     assert.ok(known.sentence && tip, `${field} says what it does`)
-    if (kind === 'number' || kind === 'falloff') assert.ok(low >= known.low && high <= known.high && low < high, field)
-    if (kind === 'choice') assert.deepEqual(Object.keys(names).sort(), [...known.choices].sort(), field)
+    if (['number', 'falloff', 'size'].includes(kind))
+      assert.ok(low >= known.low && high <= known.high && low < high, field)
+    if (['choice', 'pick'].includes(kind))
+      assert.deepEqual(Object.keys(names).sort(), [...known.choices].sort(), field)
   }
+  assert.deepEqual(Object.keys(mediumControls), [...readMediumFields(api).keys()], 'a medium by its numbers')
+  assert.deepEqual(Object.keys(layerNames).sort(), [...fields.get('output.layer').choices].sort())
 })
 
 test('axe finds no serious violation: light, dark, phone, dialog, with all that can be opened', async () => {
@@ -304,7 +310,7 @@ test('with keys alone: from the light to a look, a slider, the dialog, and back'
   assert.equal(await page.getAttribute('html', 'data-theme'), 'light', 'it is kept')
   await finalFrame(page)
   const steps = new Set()
-  for (let i = 0; i < 150; ++i) {
+  for (let i = 0; i < 180; ++i) {
     await page.keyboard.press('Tab')
     steps.add(await focused())
   }

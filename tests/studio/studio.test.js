@@ -342,9 +342,10 @@ test('a height map is opened, a mask and surroundings are dropped, and what is b
   }
   await dropOn('alpha', 'mask.png', 'server/samples/fish.png')
   await dropOn('albedo', 'paint.jpg', 'server/samples/pictures/bronze.jpg')
+  await dropOn('bump', 'scratches.jpg', 'server/samples/pictures/bronze.jpg')
   await dropOn('environment', 'sky.hdr', 'server/samples/rainbow.hdr')
-  const { alpha, albedo, lights } = await scene(page)
-  assert.ok(alpha.image && albedo.image)
+  const { alpha, albedo, bump, lights } = await scene(page)
+  assert.ok(alpha.image && albedo.image && bump.image)
   assert.equal(lights[0].type, 'environment')
   await page.click('[data-clear="alpha"]')
   assert.equal((await scene(page)).alpha, null)

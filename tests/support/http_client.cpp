@@ -10,6 +10,7 @@
 #include <cctype>
 #include <cerrno>
 #include <stdexcept>
+#include <system_error>
 
 namespace relit::test {
 namespace {
@@ -64,8 +65,9 @@ int connected_socket(int port) {
     const int on = 1;
     ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     if (::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+        const std::error_code reason(errno, std::generic_category());
         ::close(socket);
-        throw std::runtime_error("cannot connect to port " + std::to_string(port));
+        throw std::system_error(reason, "cannot connect to port " + std::to_string(port));
     }
     return socket;
 }

@@ -143,6 +143,25 @@ std::string error_words(const std::string& bytes) {
     }
 }
 
+// Read as floats they take more room than in the file.
+TEST(Hostile, ChannelsOfSeveralTypesAreReadAndHaveRoom) {
+    for (const int tile : {0, 16}) {
+        SCOPED_TRACE(tile);
+        OIIO::ImageSpec spec(24, 20, 2, OIIO::TypeDesc::FLOAT);
+        spec.channelnames = {"Y", "A"};
+        spec.channelformats = {OIIO::TypeDesc::HALF, OIIO::TypeDesc::FLOAT};
+        spec.tile_width = spec.tile_height = tile;
+        spec.tile_depth = tile ? 1 : 0;
+        Image image(24, 20, 2);
+        for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = float(i) / 1024;
+        const std::string file =
+            write_with_oiio("openexr", spec, OIIO::TypeDesc::FLOAT, image.values.data());
+        const DecodedImage decoded = decode(file);
+        EXPECT_EQ(decoded.info.type, SampleType::float32);
+        EXPECT_EQ(decoded.image.values, image.values);
+    }
+}
+
 TEST(Hostile, EveryFixtureIsSoundToBeginWith) {
     for (const Fixture& fixture : fixtures()) EXPECT_TRUE(attempt(fixture.bytes)) << fixture.name;
 }

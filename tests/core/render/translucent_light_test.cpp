@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/base/angle.h"
 #include "core/base/error.h"
 #include "core/field/normals.h"
 #include "core/scatter/dipole.h"
@@ -311,6 +312,26 @@ TEST(TranslucentLight, ThroughAFilmOfNothingIsAsWithoutOne) {
     const Image filmed = rendered(scene, raw);
     EXPECT_GT(rms(filmed, bare), 0.05);
     for (const float v : filmed.values) EXPECT_TRUE(v >= 0 && std::isfinite(v));
+}
+
+TEST(TranslucentLight, BumpsTurnNormalsAndMoveNothing) {
+    // A plane whose bump map rises evenly has the cosine of the slope, and no shadows of its own.
+    Scene scene = scene_of(flat(40, 40), dipole_of("marble", 800), sun(40, 90));
+    own_field(scene).bump = tilted_plane(40, 40, 0.2, -0.3, 0).heights;
+    scene.bump_relief = 0.2;
+    const Vec3 n = normalized({0.3, 0, 1});
+    const Vec3 l{std::cos(radians(40)), 0, std::sin(radians(40))};
+    EXPECT_NEAR(at_middle(rendered(scene, layer(Layer::irradiance))), dot(n, l), 1e-4);
+    const Image normals = rendered(scene, {.layer = Layer::normal});
+    EXPECT_NEAR(at_middle(normals), 0.5 * n.x + 0.5, 1e-4);
+    EXPECT_NEAR(at_middle(rendered(scene, {.layer = Layer::thickness})),
+                at_middle(rendered(scene_of(flat(40, 40), dipole_of("marble", 800), sun(40, 90)),
+                                   {.layer = Layer::thickness})),
+                1e-6);
+    scene.lights = {sun(-10, 90)};  // before the bumps, behind the surface
+    own_field(scene).bump = tilted_plane(40, 40, 2, -3, 0).heights;
+    scene.bump_relief = 2;
+    EXPECT_EQ(at_middle(rendered(scene, layer(Layer::irradiance))), 0);
 }
 
 TEST(TranslucentLight, WeighsScatteringAndMattReflection) {

@@ -27,6 +27,24 @@ Found found(const TransportSurface& surface, const Image& flux, const RadialKern
     return {transport.sum(flux, executor()), transport.path()};
 }
 
+// Against the double sum, of 1500 numbers.
+RelativeError error_at_some_texels(const TransportSurface& surface, const Image& flux,
+                                   const RadialKernel& kernel, const Image& sums) {
+    constexpr int texels = 500;
+    std::vector<float> some(3 * texels), exact(3 * texels);
+    parallel_rows(executor(), texels, {}, [&](RowRange range) {
+        for (int k = range.begin; k < range.end; ++k) {
+            Random random(std::uint64_t(k) + 1);
+            const int i = int(random() * flux.width), j = int(random() * flux.height);
+            for (int c = 0; c < 3; ++c) {
+                some[3 * k + c] = sums.at(i, j, c);
+                exact[3 * k + c] = float(direct_sum(surface, flux, kernel, i, j, c));
+            }
+        }
+    });
+    return relative_error(some, exact);
+}
+
 // A dome on a plate: smooth, but for the edge around it.
 TransportSurface dome(int size, double edge) {
     return surface_of(size, size, [&](int i, int j) {
@@ -48,15 +66,31 @@ TEST(Transport, OfAFinalPictureIsTheDoubleSumWithinHalfAPerCent) {
         {"dome with an edge", dome(96, 0.15), TransportPath::tree},
     };
     for (const auto& c : cases)
-        for (const char* medium : {"marble", "skin1", "whole-milk"}) {
+        for (const char* medium : {"marble", "skin1"}) {
             const RadialKernel kernel = kernel_for(c.surface, dipoles(medium, 20));
             const Image flux = uneven_flux(c.surface);
             const Found all = found(c.surface, flux, kernel, TransportAccuracy::final);
-            const RelativeError error =
-                relative_error(all.sums.values, direct_sums(c.surface, flux, kernel).values);
+            const RelativeError error = error_at_some_texels(c.surface, flux, kernel, all.sums);
             EXPECT_EQ(name_of(all.path), name_of(c.path)) << c.name << ", " << medium;
             EXPECT_LE(error.rms, 0.005) << c.name << ", " << medium;
         }
+}
+
+// A map as large as those that are rendered, at 20 texels.
+TEST(Transport, OfALargeFinalPictureIsTheDoubleSumWithinHalfAPerCent) {
+    const TransportSurface surface = surface_of(hills(512, 384), 0.15);
+    const RadialKernel kernel = kernel_for(surface, dipoles("marble", 80));
+    const Image flux = uneven_flux(surface);
+    const Found all = found(surface, flux, kernel, TransportAccuracy::final);
+    EXPECT_EQ(all.path, TransportPath::levels);
+    std::vector<float> some, exact;
+    Random random(5);
+    for (int k = 0; k < 20; ++k) {
+        const int i = int(random() * 512), j = int(random() * 384), c = k % 3;
+        some.push_back(all.sums.at(i, j, c));
+        exact.push_back(float(direct_sum(surface, flux, kernel, i, j, c)));
+    }
+    EXPECT_LE(relative_error(some, exact).rms, 0.005);
 }
 
 TEST(Transport, OfAPreviewIsNearTheDoubleSum) {
@@ -65,8 +99,7 @@ TEST(Transport, OfAPreviewIsNearTheDoubleSum) {
         const RadialKernel kernel = kernel_for(surface, dipoles("marble", 20));
         const Image flux = uneven_flux(surface);
         const Found all = found(surface, flux, kernel, TransportAccuracy::preview);
-        EXPECT_LE(relative_error(all.sums.values, direct_sums(surface, flux, kernel).values).rms,
-                  0.01);
+        EXPECT_LE(error_at_some_texels(surface, flux, kernel, all.sums).rms, 0.01);
     }
 }
 
@@ -76,8 +109,7 @@ TEST(Transport, OfExactAccuracyIsTheTree) {
     const Image flux = uneven_flux(surface);
     const Found all = found(surface, flux, kernel, TransportAccuracy::exact);
     EXPECT_EQ(all.path, TransportPath::tree);
-    EXPECT_LE(relative_error(all.sums.values, direct_sums(surface, flux, kernel).values).rms,
-              0.001);
+    EXPECT_LE(error_at_some_texels(surface, flux, kernel, all.sums).rms, 0.001);
 }
 
 // What is not absorbed leaves again: a plane much larger than light goes, evenly lit.

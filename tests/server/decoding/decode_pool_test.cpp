@@ -114,7 +114,7 @@ TEST_F(Pool, ADecoderThatDiesCostsItsImageAlone) {
     DecodePool& decoding = pool();
     for (int round = 0; round < 3; ++round) {
         std::string answer;
-        std::thread client(
+        std::jthread client(
             [&] { answer = refusal([&] { (void)decoding.check(large_png(), {}); }); });
         const pid_t busy = halted_decoder_of(::getpid());
         ASSERT_NE(busy, 0);
@@ -169,7 +169,7 @@ TEST_F(Pool, WhoeverWaitsNoLongerEndsTheDecoder) {
               "timed-out: the image was not decoded in time (render-timeout)");
     std::stop_source gone;
     std::string answer;
-    std::thread client(
+    std::jthread client(
         [&] { answer = refusal([&] { (void)decoding.decode(large_png(), {gone.get_token()}); }); });
     const pid_t busy = halted_decoder_of(::getpid());
     ASSERT_NE(busy, 0);

@@ -109,6 +109,37 @@ TEST(LogEndToEnd, TellsOfThoseWhoLeftAndOfTheSlow) {
     EXPECT_EQ(line_with(log, "fast")["status"], 200);
 }
 
+TEST(LogEndToEnd, TellsOfRefusedConnectionsWithoutALineForEach) {
+    RelitProcess relitd({.flags = {"--log-format=json", "--max-address-connections=1"}});
+    RawConnection open(relitd.port());
+    open.send("GET /v1/presets HTTP/1.1\r\nHost: a\r\n\r\n");
+    EXPECT_EQ(open.receive().status, 200);
+    std::vector<std::string> ids;
+    for (int i = 0; i < 5; ++i) {
+        const HttpReply refused = http(relitd.port(), "GET", "/v1/presets");
+        EXPECT_EQ(refused.status, 429);
+        ids.push_back(refused.header("x-request-id"));
+    }
+    const auto log = log_of(relitd);
+    const json line = line_with(log, ids.front());
+    EXPECT_EQ(line["message"], "connections refused");
+    EXPECT_EQ(line["reason"], "max-address-connections");
+    EXPECT_EQ(line["count"], 1);
+    for (const json& other : log)
+        EXPECT_TRUE(other == line || other["message"] != "connections refused") << other;
+    EXPECT_NE(ids[0], ids[1]);
+}
+
+TEST(LimitsEndToEnd, BelowTheSamplesRefuseThemAndNotTheStart) {
+    RelitProcess relitd({.flags = {"--max-image-pixels=1000", "--log-format=json"}});
+    ASSERT_NE(relitd.port(), 0) << relitd.log();
+    const HttpReply refused = http(relitd.port(), "GET", picture());
+    EXPECT_EQ(refused.status, 413);
+    EXPECT_NE(refused.body.find("max-image-pixels"), std::string::npos) << refused.body;
+    EXPECT_EQ(http(relitd.port(), "POST", "/v1/images", small_png(1, 20, 20)).status, 201);
+    EXPECT_NE(relitd.log().find("larger than --max-image-pixels allows"), std::string::npos);
+}
+
 TEST(LimitsEndToEnd, AreCountedByTheirSettings) {
     RelitProcess relitd(
         {.flags = {"--max-image-bytes=10000", "--max-image-pixels=300000", "--max-uri-bytes=300",

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <fstream>
+#include <set>
 #include <thread>
 
 #include "server/error_codes.h"
@@ -32,6 +33,7 @@ protected:
     RenderedFrame rendered(const std::string& scene, const std::stop_token& stop) {
         ++begun;
         if (scene == "fail") throw Error(error_code::image_broken, "broken", "/height");
+        if (scene == "large") throw Error(error_code::image_too_large, "large", {}, "max-lights");
         if (scene == "crash") throw std::runtime_error("not for clients");
         while (scene == "sleep" && !stop.stop_requested()) std::this_thread::sleep_for(1ms);
         if (stop.stop_requested()) throw Error(error_code::cancelled, "stopped");
@@ -194,6 +196,22 @@ TEST_F(BatchRunnerTest, ExpiredBatchesGoWithTheirFiles) {
     EXPECT_TRUE(comes_true([&] { return !store.find("a"); }));
     EXPECT_TRUE(comes_true([&] { return files_of("a") == 0; }));
     EXPECT_TRUE(store.find("b")) << "unfinished ones stay";
+}
+
+TEST_F(BatchRunnerTest, FramesAreCountedWithTheLimitThatTheyFailedBecauseOf) {
+    auto counting = settings();
+    std::multiset<std::string> ended;  // told by one thread, the keeper
+    counting.counted = [&](bool done, std::string_view limit) {
+        ended.insert((done ? "done " : "failed ") + std::string(limit));
+    };
+    counting.frame_timeout = 50ms;
+    submit("a", {"one", "large", "fail", "sleep"});
+    BatchRunner runner(store, results, counting);
+    runner.start();
+    ASSERT_TRUE(finishes("a"));
+    runner.stop();
+    EXPECT_EQ(ended, (std::multiset<std::string>{"done ", "failed ", "failed max-lights",
+                                                 "failed batch-frame-timeout"}));
 }
 
 TEST_F(BatchRunnerTest, FinishedBatchesMakeRoomForNewOnesAndWithoutRoomFramesFail) {

@@ -269,6 +269,7 @@ TEST_F(SqliteJobStoreTest, EventsGoOnWhereAClientStopped) {
     EXPECT_EQ(events[0].frame->number, 2);
     EXPECT_EQ(events[1].id, 4);
     EXPECT_FALSE(events[1].frame) << "the end";
+    EXPECT_EQ(store->find("a")->last_event, 4);
     EXPECT_EQ(store->events("a", 0, 2).size(), 2u);
     EXPECT_TRUE(store->events("a", 4, 10).empty());
 }

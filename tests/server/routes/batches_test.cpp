@@ -2,8 +2,11 @@
 #include "server/routes/batches.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "server/error_codes.h"
@@ -237,9 +240,17 @@ TEST_F(BatchRoutes, EventsTellOfEveryFrameAndThenOfTheEnd) {
     EXPECT_NE(rest.find("id: 3\n"), std::string::npos);
     later.headers["Last-Event-ID"] = "4";
     EXPECT_EQ(get_batch_events(later, services.services).status, 204);
-    later.headers["Last-Event-ID"] = "-1";
-    EXPECT_EQ(refusal_of([&] { return get_batch_events(later, services.services); }),
-              "malformed-request ");
+    for (const char* none : {"-1", "5", "9999999999999999999", "4x", "4 ", "0x4", ""}) {
+        SCOPED_TRACE(none);
+        later.headers["Last-Event-ID"] = none;
+        EXPECT_EQ(refusal_of([&] { return get_batch_events(later, services.services); }),
+                  "malformed-request ");
+    }
+    Request early = about(submitted(orbit(100)));
+    early.headers["Last-Event-ID"] = "102";
+    EXPECT_EQ(refusal_of([&] { return get_batch_events(early, services.services); }),
+              "malformed-request ")
+        << "nothing is known of that event yet";
 }
 
 TEST_F(BatchRoutes, EventsEndWhenTheBatchIsDeletedOrTheServerDrains) {
@@ -273,6 +284,21 @@ TEST_F(BatchRoutes, StreamsHaveACapOfTheirOwn) {
                   "queue-full ");
     }
     EXPECT_EQ(few.batches.streams().open(), 0) << "given back with the reply";
+}
+
+// Between the look at its frame and the one at its file a batch may be deleted.
+TEST_F(BatchRoutes, APictureThatIsGoneIsAnErrorInTheLogOnlyWhereItsBatchIsThere) {
+    const std::string id = submitted(orbit(1));
+    const auto before = spdlog::default_logger();
+    std::ostringstream log;
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+    EXPECT_EQ(refusal_of([&] { return services.batches.picture("deleted", "a-b-0-1"); }),
+              "not-found ");
+    EXPECT_EQ(log.str(), "");
+    EXPECT_EQ(refusal_of([&] { return services.batches.picture(id, "a-b-0-1"); }), "not-found ");
+    EXPECT_NE(log.str().find("removed by somebody else"), std::string::npos);
+    spdlog::set_default_logger(before);
 }
 
 TEST_F(BatchRoutes, AnArchiveHoldsEveryPictureAndTheProblems) {

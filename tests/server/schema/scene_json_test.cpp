@@ -38,7 +38,7 @@ void expect_refused(const std::string& scene, std::string_view code, const std::
 TEST(SceneJson, OfHeightAloneHasEveryDefault) {
     EXPECT_EQ(
         scene_json(parse_scene(scene_with(""), 1)),
-        R"({"height":{"image":"h"},"alpha":null,"albedo":null,"relief":0.15,"base":"none","normalScale":1,)"
+        R"({"height":{"image":"h"},"alpha":null,"albedo":null,"bump":null,"bumpRelief":0.01,"relief":0.15,"base":"none","normalScale":1,)"
         R"("light":{"type":"point","position":[0.1,1,0.6],"color":"#ffffff","intensity":1},)"
         R"("material":{"model":"integrated","baseColor":"#000000","diffuseColor":"#ffffff","specularColor":"#ffffff","depth":0.008,)"
         R"("offset":"normal","illumination":"length","attenuation":20,"steps":100,)"
