@@ -286,6 +286,23 @@ TEST(DirectionalSum, OfAPreviewIsNearTheFinalOne) {
     EXPECT_LT(std::sqrt(errors / squares), 0.03);
 }
 
+// The octree opens other nodes for the next square of 8 x 8 texels.
+TEST(DirectionalSum, StepsByLittleFromSquareToSquare) {
+    const Relief relief = relief_of(96, 96, bumps);
+    const Light light = lit(relief, {direction_from(315, 25)}, 1.5);
+    const Image sum = summed(relief, light, dipoles_of("marble", 30));
+    double steps = 0;
+    int count = 0;
+    for (int j = 0; j < 96; ++j)
+        for (int i = 8; i < 90; i += 8, ++count) {
+            const double a = sum.at(i - 2, j), b = sum.at(i - 1, j), c = sum.at(i, j);
+            const double step = std::abs(c - b - (b - a + sum.at(i + 1, j) - c) / 2) / c;
+            EXPECT_LT(step, 0.02) << i << ' ' << j;
+            steps += step;
+        }
+    EXPECT_LT(steps / count, 0.002);
+}
+
 // A hole, and light everywhere but in one corner.
 struct Holed {
     Relief relief = relief_of(150, 77, rough);
