@@ -10,8 +10,7 @@
 namespace relit {
 namespace {
 
-constexpr int level_margin = 4;  // that cubics of the next level reach, whatever the level
-constexpr int least_pad = 12;    // that flux is carried from: 8 nodes around twice the margin
+constexpr int least_pad = 12;  // that flux is carried from: 8 nodes around twice the margin
 constexpr int orders = 3;
 
 struct Loops {
@@ -36,25 +35,6 @@ Loops loops_of(Simd simd) {
             return {kernels::sum_level_portable, kernels::restrict_portable,
                     kernels::prolong_portable, kernels::split_portable, kernels::join_portable};
     }
-}
-
-// r^2 for which the softened kernel has the kernel's value: C^2 at a^2, a^2/3 at 0.
-double softened(double u, double a) {
-    const double t = u / (a * a);
-    if (t >= 1) return u;
-    return a * a * (t + std::pow(1 - t, 3) / 3);
-}
-
-// a + b w + c w^2 through the values at the three Chebyshev points of [low, high].
-template <class Value>
-void fit(double low, double high, const Value& value, float* a, float* b, float* c) {
-    const double middle = (low + high) / 2, away = (high - low) / 2 * 0.86602540378443865;
-    const double below = value(middle - away), centre = value(middle), above = value(middle + away);
-    const double curve = (above + below - 2 * centre) / (2 * away * away);
-    const double slope = (above - below) / (2 * away);
-    *c = float(curve);
-    *b = float(slope - 2 * curve * middle);
-    *a = float(centre - slope * middle + curve * middle * middle);
 }
 
 }  // namespace
@@ -90,126 +70,48 @@ LevelSum::LevelSum(const TransportSurface& surface, const RadialKernel& kernel, 
     while (settings_.ratio * std::exp2(levels_) < cut_) ++levels_;
     settings_.first_level = std::min(settings_.first_level, levels_ - 1);
     core_ = kernel.core() / kernel.spacing();
-    make_grids(surface, stop);
+    const int pad = std::max(least_pad, int(std::ceil(2 * settings_.ratio)) + 1);
+    const std::vector<float> heights = cliff_heights(surface, settings_.sheets - 1);
+    for (std::size_t k = 0; k <= heights.size(); ++k)
+        sheets_.push_back(level_sheet(surface, k > 0 ? heights[k - 1] : -INFINITY,
+                                      k < heights.size() ? heights[k] : INFINITY, levels_, pad,
+                                      stop));
     measure_cliffs(executor, stop);
     const double relief = surface.relief() * surface.width();
+    kernels_.resize(levels_);
     parallel_rows(executor, levels_ - settings_.first_level, stop, [&](RowRange levels) {
-        for (int l = levels.begin; l < levels.end; ++l)
-            make_tables(kernel, std::size_t(l + settings_.first_level), relief);
-    });
-}
-
-void LevelSum::make_grids(const TransportSurface& surface, const std::stop_token& stop) {
-    const int pad = std::max(least_pad, int(std::ceil(2 * settings_.ratio)) + 1);
-    LevelGrid first(surface.width(), surface.height(), 0, pad);
-    for (int j = 0; j < first.height; ++j)
-        for (int i = 0; i < first.width; ++i) {
-            first.z[first.at(i, j)] = surface.z.at(i, j) * float(surface.width());
-            first.present[std::size_t(j) * first.width + i] = surface.area.at(i, j) > 0;
+        for (int k = levels.begin; k < levels.end; ++k) {
+            const int l = k + settings_.first_level;
+            kernels_[l] = level_kernel(kernel, {.level = l,
+                                                .softening = softening_of(l),
+                                                .is_first = k == 0,
+                                                .is_last = l + 1 == levels_,
+                                                .extent = cut_,
+                                                .relief = relief});
         }
-    level_.emplace_back(std::move(first));
-    for (int l = 0; l + 1 < levels_; ++l) {
-        if (stop.stop_requested()) throw Error(error_code::cancelled, "the render was cancelled");
-        between_.push_back(halved(level_[l].grid, true, level_margin, pad));
-        level_.emplace_back(halved(between_[l], false, level_margin, pad));
-    }
-    for (int l = levels_ - 1; l > 0; --l) {
-        fill_gaps(between_[l - 1], level_[l].grid, false);
-        fill_gaps(level_[l - 1].grid, between_[l - 1], true);
-    }
-    for (Level& level : level_) level.grid.extend();
-    for (LevelGrid& grid : between_) grid.extend();
-    for (int l = 0; l < levels_; ++l) level_[l].softening = settings_.ratio * std::exp2(l);
+    });
 }
 
 // How far heights may lie from those of nodes of level l: where its kernel is still much the same.
 double LevelSum::reach_of(int l) const {
-    const double reach = 0.4 * level_[l].softening;
+    const double reach = 0.4 * softening_of(l);
     return l <= settings_.first_level ? std::min(reach, 0.8 * core_) : reach;
 }
 
 void LevelSum::measure_cliffs(const Executor& executor, const std::stop_token& stop) {
-    constexpr double weights[] = {5, 7, 35, 105, 105, 35, 7, 5};
     for (int l = 0; l + 1 < levels_; ++l)
         for (const bool rows : {true, false}) {
-            const LevelGrid& fine = rows ? level_[l].grid : between_[l];
-            const LevelGrid& coarse = rows ? between_[l] : level_[l + 1].grid;
-            const auto reach = float(reach_of(l + 1));
-            std::vector<double> beyond(coarse.height), all(coarse.height);
-            parallel_rows(executor, coarse.height, stop, [&](RowRange range) {
-                for (int j = range.begin; j < range.end; ++j)
-                    for (int i = 0; i < coarse.width; ++i)
-                        for (int k = 0; k < 8; ++k) {
-                            const int u = rows ? i : 2 * i - 3 + k, v = rows ? 2 * j - 3 + k : j;
-                            if (u < 0 || v < 0 || u >= fine.width || v >= fine.height) continue;
-                            const unsigned present = fine.present[std::size_t(v) * fine.width + u];
-                            const float rise = fine.z[fine.at(u, v)] - coarse.z[coarse.at(i, j)];
-                            all[j] += weights[k] * present;
-                            beyond[j] += std::abs(rise) > reach ? weights[k] * present : 0;
-                        }
-            });
-            double sum = 0, share = 0;
-            for (int j = 0; j < coarse.height; ++j) {
-                sum += all[j];
-                share += beyond[j];
+            Carried carried;
+            for (const LevelSheet& sheet : sheets_) {
+                const LevelGrid& fine = rows ? sheet.levels[l] : sheet.between[l];
+                const LevelGrid& coarse = rows ? sheet.between[l] : sheet.levels[l + 1];
+                const Carried of_sheet =
+                    carried_between(fine, coarse, rows, reach_of(l + 1), executor, stop);
+                carried.all += of_sheet.all;
+                carried.beyond += of_sheet.beyond;
             }
-            if (sum > 0) cliffs_ = std::max(cliffs_, share / sum);
+            if (carried.all > 0) cliffs_ = std::max(cliffs_, carried.beyond / carried.all);
         }
-}
-
-// The kernel of one level between nodes at every offset, as pieces over their difference in height.
-void LevelSum::make_tables(const RadialKernel& kernel, std::size_t l, double relief) {
-    Level& level = level_[l];
-    const bool is_first = int(l) == settings_.first_level, is_last = int(l) + 1 == levels_;
-    const double spacing = kernel.spacing(), node = std::exp2(double(l));
-    // The last one's nodes lie around the map as well.
-    const double a = level.softening;
-    const double cut = std::min(kernel.range() / spacing, is_last ? cut_ + 6 * node : 2 * a);
-    const double start = is_first ? std::clamp(core_ * core_ / 2, 0.1, a * a / 4) : a * a / 4;
-    const auto at = [&](int c, double u) {
-        return double(kernel.at_squared(c, float(u * spacing * spacing)));
-    };
-    const auto value = [&](int c, double u) {
-        const double own = is_first ? at(c, u) : at(c, softened(u, a));
-        return is_last ? own : own - at(c, softened(u, 2 * a));
-    };
-    const int reach = int(cut / node);
-    std::map<int, std::size_t> made;  // pieces by squared offset
-    for (int dy = -reach; dy <= reach; ++dy)
-        for (int dx = -reach; dx <= reach; ++dx) {
-            const int squared = dx * dx + dy * dy;
-            const double s = squared * node * node;
-            if (s >= cut * cut) continue;
-            kernels::LevelOffset offset{.dx = dx, .dy = dy, .start = float(s + start)};
-            const double low = s + start;
-            const double high = std::min(cut * cut, s + relief * relief) + start;
-            const auto piece = [&](double w, int shift) {
-                return std::bit_cast<int>(float(w)) >> shift;
-            };
-            while (piece(high, offset.shift) - piece(low, offset.shift) > kernels::level_pieces - 2)
-                ++offset.shift;
-            offset.first = piece(low, offset.shift);
-            const auto [place, is_new] = made.try_emplace(squared, level.pieces.size());
-            if (is_new) {
-                level.pieces.resize(level.pieces.size() + std::size_t(channels_) * 96, 0.0f);
-                float* pieces = &level.pieces[place->second];
-                for (int k = 0; k <= piece(high, offset.shift) - offset.first; ++k) {
-                    const auto bound = [&](int p) {
-                        return double(std::bit_cast<float>((offset.first + p) << offset.shift));
-                    };
-                    const double from = std::max(low, bound(k));
-                    const double to = std::max(std::min(bound(k + 1), high), from * (1 + 1.0 / 64));
-                    for (int c = 0; c < channels_; ++c)
-                        fit(
-                            from, to, [&](double w) { return value(c, std::max(w - start, 0.0)); },
-                            pieces + 96 * c + k, pieces + 96 * c + 32 + k,
-                            pieces + 96 * c + 64 + k);
-                }
-            }
-            level.offsets.push_back(offset);
-        }
-    for (kernels::LevelOffset& offset : level.offsets)
-        offset.pieces = &level.pieces[made.at(offset.dx * offset.dx + offset.dy * offset.dy)];
 }
 
 // Rows of `fine` to half as many.
@@ -337,42 +239,56 @@ void LevelSum::refine_columns(const Planes& coarse, Planes& fine, double reach,
     });
 }
 
-void LevelSum::sum_level(std::size_t l, Planes& planes, const Executor& executor,
+// Adds what the nodes of one sheet give those of another, or their own.
+void LevelSum::sum_level(int l, const Planes& sources, const LevelSheet& from, Planes& sums,
+                         const LevelSheet& to, const Executor& executor,
                          const std::stop_token& stop) const {
-    const Level& level = level_[l];
-    const LevelGrid& grid = level.grid;
-    const int m = grid.margin;
+    const LevelGrid& grid = to.levels[l];
+    const std::vector<kernels::LevelOffset>& offsets = kernels_[l].offsets;
+    const int m = grid.margin, reach = offsets.back().dy;
     parallel_rows(executor, grid.height + 2 * m, stop, [&](RowRange range) {
-        for (int j = range.begin - m; j < range.end - m; ++j) {
-            kernels::LevelRows rows;
-            rows.z = grid.z.data() + grid.at(-m, j);
-            rows.pitch = grid.pitch;
-            rows.columns = grid.width + 2 * m;
-            for (int o = 0; o < (planes.is_expanded ? orders : 1); ++o)
-                for (int c = 0; c < channels_; ++c) {
-                    rows.sources[o][c] = planes.plane(false, o, c) + grid.at(-m, j);
-                    rows.sums[o][c] = planes.plane(true, o, c) + grid.at(-m, j);
-                }
-            // Offsets go by rows: those that lead beyond the nodes are at either end.
-            const auto begin =
-                std::partition_point(level.offsets.begin(), level.offsets.end(),
-                                     [&](const kernels::LevelOffset& o) { return o.dy < -m - j; });
-            const auto end = std::partition_point(
-                begin, level.offsets.end(),
-                [&](const kernels::LevelOffset& o) { return j + o.dy < grid.height + m; });
-            loops_of(simd_).sum(rows, level.offsets.data() + (begin - level.offsets.begin()),
-                                int(end - begin), channels_, planes.is_expanded);
-        }
+        for (int j = range.begin - m; j < range.end - m; ++j)
+            for (int dy = std::max(-reach, -m - j); dy <= std::min(reach, grid.height + m - 1 - j);
+                 ++dy) {
+                const LevelSheet::Columns at = to.active(l, j), of = from.active(l, j + dy);
+                const int first = std::max(at.first, of.first - reach);
+                const int last = std::min(at.last, of.last + reach);
+                if (first > last) continue;
+                kernels::LevelRows rows;
+                rows.z = &grid.z[grid.at(first, j)];
+                rows.source_z = &from.levels[l].z[grid.at(first, j)];
+                rows.pitch = grid.pitch;
+                rows.columns = last - first + 1;
+                for (int o = 0; o < (sums.is_expanded ? orders : 1); ++o)
+                    for (int c = 0; c < channels_; ++c) {
+                        rows.sources[o][c] = sources.plane(false, o, c) + grid.at(first, j);
+                        rows.sums[o][c] = sums.plane(true, o, c) + grid.at(first, j);
+                    }
+                const auto begin =
+                    std::partition_point(offsets.begin(), offsets.end(),
+                                         [&](const kernels::LevelOffset& o) { return o.dy < dy; });
+                const auto end =
+                    std::partition_point(begin, offsets.end(),
+                                         [&](const kernels::LevelOffset& o) { return o.dy == dy; });
+                loops_of(simd_).sum(rows, &*begin, int(end - begin), channels_, sums.is_expanded);
+            }
     });
 }
 
 // Planes of all grids, kept from sum to sum: what they hold beyond their nodes stays 0.
 struct LevelSum::Workspace {
-    std::vector<Planes> levels, between;
+    struct OfSheet {
+        std::vector<Planes> levels, between;
+    };
+    std::vector<OfSheet> sheets;
     explicit Workspace(const LevelSum& sum) {
-        for (int l = 0; l < sum.levels_; ++l)
-            levels.emplace_back(sum.level_[l].grid, sum.channels_, l > 0);
-        for (const LevelGrid& grid : sum.between_) between.emplace_back(grid, sum.channels_, true);
+        for (const LevelSheet& sheet : sum.sheets_) {
+            OfSheet& made = sheets.emplace_back();
+            for (const LevelGrid& grid : sheet.levels)
+                made.levels.emplace_back(grid, sum.channels_, &grid != &sheet.levels[0]);
+            for (const LevelGrid& grid : sheet.between)
+                made.between.emplace_back(grid, sum.channels_, true);
+        }
     }
 };
 
@@ -383,39 +299,56 @@ std::unique_ptr<LevelSum::Workspace> LevelSum::take_workspace() const {
     return spare_ ? std::move(spare_) : std::make_unique<Workspace>(*this);
 }
 
+void LevelSum::set_flux(const LevelGrid& texels, const Image& flux, Planes& planes,
+                        const Executor& executor, const std::stop_token& stop) const {
+    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < flux.width; ++i) {
+                if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
+                for (int c = 0; c < channels_; ++c)
+                    planes.plane(false, 0, c)[texels.at(i, j)] = flux.at(i, j, c);
+            }
+    });
+}
+
+void LevelSum::take_sums(const LevelGrid& texels, const Planes& planes, Image& out,
+                         const Executor& executor, const std::stop_token& stop) const {
+    parallel_rows(executor, out.height, stop, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < out.width; ++i) {
+                if (texels.present[std::size_t(j) * out.width + i] == 0) continue;
+                for (int c = 0; c < channels_; ++c)
+                    out.at(i, j, c) = planes.plane(true, 0, c)[texels.at(i, j)];
+            }
+    });
+}
+
 Image LevelSum::sum(const Image& flux, const Executor& executor,
                     const std::stop_token& stop) const {
     std::unique_ptr<Workspace> workspace = take_workspace();
-    std::vector<Planes>&levels = workspace->levels, &between = workspace->between;
-    levels.back().clear_sums();
-    const LevelGrid& texels = level_[0].grid;
-    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
-        for (int j = rows.begin; j < rows.end; ++j)
-            for (int i = 0; i < flux.width; ++i) {
-                if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
-                for (int c = 0; c < channels_; ++c)
-                    levels[0].plane(false, 0, c)[texels.at(i, j)] = flux.at(i, j, c);
-            }
-    });
-    for (int l = 0; l + 1 < levels_; ++l) {
-        halve_rows(levels[l], between[l], reach_of(l + 1), executor, stop);
-        halve_columns(between[l], levels[l + 1], reach_of(l + 1), executor, stop);
-    }
-    for (int l = levels_ - 1; l >= 0; --l) {
-        if (l >= settings_.first_level) sum_level(std::size_t(l), levels[l], executor, stop);
-        if (l == 0) break;
-        refine_columns(levels[l], between[l - 1], reach_of(l), executor, stop);
-        refine_rows(between[l - 1], levels[l - 1], reach_of(l), executor, stop);
+    const std::size_t sheets = sheets_.size();
+    for (std::size_t k = 0; k < sheets; ++k) {
+        Workspace::OfSheet& planes = workspace->sheets[k];
+        planes.levels.back().clear_sums();
+        set_flux(sheets_[k].levels[0], flux, planes.levels[0], executor, stop);
+        for (int l = 0; l + 1 < levels_; ++l) {
+            halve_rows(planes.levels[l], planes.between[l], reach_of(l + 1), executor, stop);
+            halve_columns(planes.between[l], planes.levels[l + 1], reach_of(l + 1), executor, stop);
+        }
     }
     Image out(flux.width, flux.height, channels_);
-    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
-        for (int j = rows.begin; j < rows.end; ++j)
-            for (int i = 0; i < flux.width; ++i) {
-                if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
-                for (int c = 0; c < channels_; ++c)
-                    out.at(i, j, c) = levels[0].plane(true, 0, c)[texels.at(i, j)];
-            }
-    });
+    for (std::size_t k = 0; k < sheets; ++k) {
+        Workspace::OfSheet& planes = workspace->sheets[k];
+        for (int l = levels_ - 1; l >= 0; --l) {
+            for (std::size_t from = 0; from < sheets && l >= settings_.first_level; ++from)
+                sum_level(l, workspace->sheets[from].levels[l], sheets_[from], planes.levels[l],
+                          sheets_[k], executor, stop);
+            if (l == 0) break;
+            refine_columns(planes.levels[l], planes.between[l - 1], reach_of(l), executor, stop);
+            refine_rows(planes.between[l - 1], planes.levels[l - 1], reach_of(l), executor, stop);
+        }
+        take_sums(sheets_[k].levels[0], planes.levels[0], out, executor, stop);
+    }
     const std::scoped_lock lock(mutex_);
     spare_ = std::move(workspace);
     return out;
@@ -423,14 +356,18 @@ Image LevelSum::sum(const Image& flux, const Executor& executor,
 
 std::uint64_t LevelSum::bytes() const {
     std::uint64_t sum = 0;
-    const auto of_grid = [](const LevelGrid& grid) {
-        return (grid.z.size() + grid.present.size()) * sizeof(float);
-    };
-    for (const Level& level : level_)
-        sum += of_grid(level.grid) + level.pieces.size() * sizeof(float) +
-               level.offsets.size() * sizeof(kernels::LevelOffset);
-    for (const LevelGrid& grid : between_) sum += of_grid(grid);
-    return sum;
+    for (const LevelKernel& kernel : kernels_)
+        sum += kernel.pieces.size() * sizeof(float) +
+               kernel.offsets.size() * sizeof(kernels::LevelOffset);
+    std::uint64_t planes = 0;  // of a workspace
+    for (const LevelSheet& sheet : sheets_)
+        for (const std::vector<LevelGrid>* grids : {&sheet.levels, &sheet.between})
+            for (const LevelGrid& grid : *grids) {
+                sum += (grid.z.size() + grid.present.size()) * sizeof(float);
+                const bool is_expanded = &grid != &sheet.levels[0];
+                planes += grid.plane() * 2 * std::uint64_t(channels_) * (is_expanded ? orders : 1);
+            }
+    return sum + planes * sizeof(float);
 }
 
 }  // namespace relit
