@@ -39,27 +39,24 @@ Loops loops_of(Simd simd) {
 
 }  // namespace
 
-// What nodes of one grid hold while a sum is made.
+// What the nodes of one grid hold while a sum is made: of sources flux and moments, of sums values and
+// derivatives; of texels the first of them only.
 struct LevelSum::Planes {
-    const LevelGrid* grid;
+    std::size_t size;  // of a plane
     int channels;
     bool is_expanded;
     Texels values;
 
-    Planes(const LevelGrid& g, int c, bool expanded)
-        : grid(&g), channels(c), is_expanded(expanded) {
-        values.assign(grid->plane() * 2 * planes(), 0.0f);
+    Planes(const LevelGrid& grid, int c, bool expanded)
+        : size(grid.plane()), channels(c), is_expanded(expanded) {
+        values.assign(size * channels * (expanded ? orders : 1), 0.0f);
     }
-    [[nodiscard]] int planes() const { return channels * (is_expanded ? orders : 1); }
-    void clear_sums() {
-        std::fill(values.begin() + std::ptrdiff_t(planes() * grid->plane()), values.end(), 0.0f);
+    void clear() { std::fill(values.begin(), values.end(), 0.0f); }
+    [[nodiscard]] float* plane(int order, int c) {
+        return values.data() + (std::size_t(is_expanded ? order : 0) * channels + c) * size;
     }
-    // Of the flux (and its moments) or the sums (and their derivatives).
-    [[nodiscard]] float* plane(bool sums, int order, int c) const {
-        const int per_kind = is_expanded ? orders : 1;
-        const std::size_t index =
-            (std::size_t(sums) * per_kind + (is_expanded ? order : 0)) * channels + c;
-        return const_cast<float*>(values.data()) + index * grid->plane();
+    [[nodiscard]] const float* plane(int order, int c) const {
+        return const_cast<Planes*>(this)->plane(order, c);
     }
 };
 
@@ -115,9 +112,9 @@ void LevelSum::measure_cliffs(const Executor& executor, const std::stop_token& s
 }
 
 // Rows of `fine` to half as many.
-void LevelSum::halve_rows(const Planes& fine, Planes& coarse, double reach,
-                          const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *fine.grid, &to = *coarse.grid;
+void LevelSum::halve_rows(const Planes& fine, const LevelGrid& from, Planes& coarse,
+                          const LevelGrid& to, double reach, const Executor& executor,
+                          const std::stop_token& stop) const {
     const int m = to.margin, first = -from.margin;
     parallel_rows(executor, to.height + 2 * m, stop, [&](RowRange range) {
         for (int j = range.begin - m; j < range.end - m; ++j)
@@ -128,10 +125,9 @@ void LevelSum::halve_rows(const Planes& fine, Planes& coarse, double reach,
                 for (int k = 0; k < 8; ++k) {
                     const long at = from.at(first, 2 * j - 3 + k);
                     r.fine_z[k] = &from.z[at];
-                    for (int o = 0; o < orders; ++o) r.from[o][k] = fine.plane(false, o, c) + at;
+                    for (int o = 0; o < orders; ++o) r.from[o][k] = fine.plane(o, c) + at;
                 }
-                for (int o = 0; o < orders; ++o)
-                    r.to[o] = coarse.plane(false, o, c) + to.at(first, j);
+                for (int o = 0; o < orders; ++o) r.to[o] = coarse.plane(o, c) + to.at(first, j);
                 loops_of(simd_).restrict_row(r);
             }
     });
@@ -150,9 +146,9 @@ private:
 };
 
 // Columns of `fine` to half as many.
-void LevelSum::halve_columns(const Planes& fine, Planes& coarse, double reach,
-                             const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *fine.grid, &to = *coarse.grid;
+void LevelSum::halve_columns(const Planes& fine, const LevelGrid& from, Planes& coarse,
+                             const LevelGrid& to, double reach, const Executor& executor,
+                             const std::stop_token& stop) const {
     const int m = to.margin, count = to.width + 2 * m;
     const int pairs = count + 3;  // from fine column 2 (-m - 2) on
     const Loops loops = loops_of(simd_);
@@ -169,8 +165,8 @@ void LevelSum::halve_columns(const Planes& fine, Planes& coarse, double reach,
                 r.coarse_z = &to.z[target];
                 r.has_moments = true;
                 for (int o = 0; o < orders; ++o) {
-                    split(fine.plane(false, o, c), o);
-                    r.to[o] = coarse.plane(false, o, c) + target;
+                    split(fine.plane(o, c), o);
+                    r.to[o] = coarse.plane(o, c) + target;
                 }
                 for (int k = 0; k < 8; ++k) {  // fine node 2 I - 3 + k
                     const int odd = k % 2 == 0, on = (k + 1) / 2;
@@ -183,9 +179,9 @@ void LevelSum::halve_columns(const Planes& fine, Planes& coarse, double reach,
     });
 }
 
-void LevelSum::refine_rows(const Planes& coarse, Planes& fine, double reach,
-                           const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *coarse.grid, &to = *fine.grid;
+void LevelSum::refine_rows(const Planes& coarse, const LevelGrid& from, Planes& fine,
+                           const LevelGrid& to, double reach, const Executor& executor,
+                           const std::stop_token& stop) const {
     const int m = to.margin;
     parallel_rows(executor, to.height + 2 * m, stop, [&](RowRange range) {
         for (int j = range.begin - m; j < range.end - m; ++j)
@@ -197,17 +193,17 @@ void LevelSum::refine_rows(const Planes& coarse, Planes& fine, double reach,
                 for (int k = 0; k < 4; ++k) {
                     const long at = from.at(-m, (j >> 1) - 2 + p.is_upper + k);
                     p.coarse_z[k] = &from.z[at];
-                    for (int o = 0; o < orders; ++o) p.from[o][k] = coarse.plane(true, o, c) + at;
+                    for (int o = 0; o < orders; ++o) p.from[o][k] = coarse.plane(o, c) + at;
                 }
-                for (int o = 0; o < orders; ++o) p.to[o] = fine.plane(true, o, c) + to.at(-m, j);
+                for (int o = 0; o < orders; ++o) p.to[o] = fine.plane(o, c) + to.at(-m, j);
                 loops_of(simd_).prolong_row(p);
             }
     });
 }
 
-void LevelSum::refine_columns(const Planes& coarse, Planes& fine, double reach,
-                              const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *coarse.grid, &to = *fine.grid;
+void LevelSum::refine_columns(const Planes& coarse, const LevelGrid& from, Planes& fine,
+                              const LevelGrid& to, double reach, const Executor& executor,
+                              const std::stop_token& stop) const {
     const int m = to.margin, first = -((m + 1) / 2);
     const int pairs = (to.width + m + 1) / 2 - first;
     const Loops loops = loops_of(simd_);
@@ -225,15 +221,14 @@ void LevelSum::refine_columns(const Planes& coarse, Planes& fine, double reach,
                     for (int k = 0; k < 4; ++k) {
                         const long at = from.at(first - 2 + upper + k, j);
                         p.coarse_z[k] = &from.z[at];
-                        for (int o = 0; o < orders; ++o)
-                            p.from[o][k] = coarse.plane(true, o, c) + at;
+                        for (int o = 0; o < orders; ++o) p.from[o][k] = coarse.plane(o, c) + at;
                     }
                     for (int o = 0; o < orders; ++o) p.to[o] = halves.half(o, upper);
                     loops.prolong_row(p);
                 }
                 for (int o = 0; o < orders; ++o)
                     loops.join(halves.half(o, 0), halves.half(o, 1), pairs,
-                               fine.plane(true, o, c) + target);
+                               fine.plane(o, c) + target);
             }
         }
     });
@@ -261,8 +256,8 @@ void LevelSum::sum_level(int l, const Planes& sources, const LevelSheet& from, P
                 rows.columns = last - first + 1;
                 for (int o = 0; o < (sums.is_expanded ? orders : 1); ++o)
                     for (int c = 0; c < channels_; ++c) {
-                        rows.sources[o][c] = sources.plane(false, o, c) + grid.at(first, j);
-                        rows.sums[o][c] = sums.plane(true, o, c) + grid.at(first, j);
+                        rows.sources[o][c] = sources.plane(o, c) + grid.at(first, j);
+                        rows.sums[o][c] = sums.plane(o, c) + grid.at(first, j);
                     }
                 const auto begin =
                     std::partition_point(offsets.begin(), offsets.end(),
@@ -275,20 +270,24 @@ void LevelSum::sum_level(int l, const Planes& sources, const LevelSheet& from, P
     });
 }
 
-// Planes of all grids, kept from sum to sum: what they hold beyond their nodes stays 0.
+// Planes of all grids, kept from sum to sum: what those of sources hold beyond their nodes stays 0.
+// Sheets have grids of one size, and are summed for one after the other.
 struct LevelSum::Workspace {
-    struct OfSheet {
-        std::vector<Planes> levels, between;
-    };
-    std::vector<OfSheet> sheets;
+    std::vector<std::vector<Planes>> sources;  // [sheet][level]
+    std::vector<Planes> sums, sources_between, sums_between;
     explicit Workspace(const LevelSum& sum) {
-        for (const LevelSheet& sheet : sum.sheets_) {
-            OfSheet& made = sheets.emplace_back();
-            for (const LevelGrid& grid : sheet.levels)
-                made.levels.emplace_back(grid, sum.channels_, &grid != &sheet.levels[0]);
-            for (const LevelGrid& grid : sheet.between)
-                made.between.emplace_back(grid, sum.channels_, true);
-        }
+        const auto planes_of = [&](const std::vector<LevelGrid>& grids, bool has_texels) {
+            std::vector<Planes> planes;
+            for (const LevelGrid& grid : grids)
+                planes.emplace_back(grid, sum.channels_, !has_texels || &grid != &grids[0]);
+            return planes;
+        };
+        const LevelSheet& first = sum.sheets_[0];
+        for (const LevelSheet& sheet : sum.sheets_)
+            sources.push_back(planes_of(sheet.levels, true));
+        sums = planes_of(first.levels, true);
+        sources_between = planes_of(first.between, false);
+        sums_between = planes_of(first.between, false);
     }
 };
 
@@ -306,7 +305,7 @@ void LevelSum::set_flux(const LevelGrid& texels, const Image& flux, Planes& plan
             for (int i = 0; i < flux.width; ++i) {
                 if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
                 for (int c = 0; c < channels_; ++c)
-                    planes.plane(false, 0, c)[texels.at(i, j)] = flux.at(i, j, c);
+                    planes.plane(0, c)[texels.at(i, j)] = flux.at(i, j, c);
             }
     });
 }
@@ -318,7 +317,7 @@ void LevelSum::take_sums(const LevelGrid& texels, const Planes& planes, Image& o
             for (int i = 0; i < out.width; ++i) {
                 if (texels.present[std::size_t(j) * out.width + i] == 0) continue;
                 for (int c = 0; c < channels_; ++c)
-                    out.at(i, j, c) = planes.plane(true, 0, c)[texels.at(i, j)];
+                    out.at(i, j, c) = planes.plane(0, c)[texels.at(i, j)];
             }
     });
 }
@@ -326,28 +325,32 @@ void LevelSum::take_sums(const LevelGrid& texels, const Planes& planes, Image& o
 Image LevelSum::sum(const Image& flux, const Executor& executor,
                     const std::stop_token& stop) const {
     std::unique_ptr<Workspace> workspace = take_workspace();
-    const std::size_t sheets = sheets_.size();
-    for (std::size_t k = 0; k < sheets; ++k) {
-        Workspace::OfSheet& planes = workspace->sheets[k];
-        planes.levels.back().clear_sums();
-        set_flux(sheets_[k].levels[0], flux, planes.levels[0], executor, stop);
+    Workspace& planes = *workspace;
+    for (std::size_t k = 0; k < sheets_.size(); ++k) {
+        const LevelSheet& sheet = sheets_[k];
+        std::vector<Planes>& sources = planes.sources[k];
+        set_flux(sheet.levels[0], flux, sources[0], executor, stop);
         for (int l = 0; l + 1 < levels_; ++l) {
-            halve_rows(planes.levels[l], planes.between[l], reach_of(l + 1), executor, stop);
-            halve_columns(planes.between[l], planes.levels[l + 1], reach_of(l + 1), executor, stop);
+            halve_rows(sources[l], sheet.levels[l], planes.sources_between[l], sheet.between[l],
+                       reach_of(l + 1), executor, stop);
+            halve_columns(planes.sources_between[l], sheet.between[l], sources[l + 1],
+                          sheet.levels[l + 1], reach_of(l + 1), executor, stop);
         }
     }
     Image out(flux.width, flux.height, channels_);
-    for (std::size_t k = 0; k < sheets; ++k) {
-        Workspace::OfSheet& planes = workspace->sheets[k];
+    for (const LevelSheet& sheet : sheets_) {
+        planes.sums.back().clear();
         for (int l = levels_ - 1; l >= 0; --l) {
-            for (std::size_t from = 0; from < sheets && l >= settings_.first_level; ++from)
-                sum_level(l, workspace->sheets[from].levels[l], sheets_[from], planes.levels[l],
-                          sheets_[k], executor, stop);
+            for (std::size_t from = 0; from < sheets_.size() && l >= settings_.first_level; ++from)
+                sum_level(l, planes.sources[from][l], sheets_[from], planes.sums[l], sheet,
+                          executor, stop);
             if (l == 0) break;
-            refine_columns(planes.levels[l], planes.between[l - 1], reach_of(l), executor, stop);
-            refine_rows(planes.between[l - 1], planes.levels[l - 1], reach_of(l), executor, stop);
+            refine_columns(planes.sums[l], sheet.levels[l], planes.sums_between[l - 1],
+                           sheet.between[l - 1], reach_of(l), executor, stop);
+            refine_rows(planes.sums_between[l - 1], sheet.between[l - 1], planes.sums[l - 1],
+                        sheet.levels[l - 1], reach_of(l), executor, stop);
         }
-        take_sums(sheets_[k].levels[0], planes.levels[0], out, executor, stop);
+        take_sums(sheet.levels[0], planes.sums[0], out, executor, stop);
     }
     const std::scoped_lock lock(mutex_);
     spare_ = std::move(workspace);
@@ -359,14 +362,19 @@ std::uint64_t LevelSum::bytes() const {
     for (const LevelKernel& kernel : kernels_)
         sum += kernel.pieces.size() * sizeof(float) +
                kernel.offsets.size() * sizeof(kernels::LevelOffset);
-    std::uint64_t planes = 0;  // of a workspace
+    // A workspace: sources of every sheet, sums, and both between levels.
+    const std::uint64_t sheets = sheets_.size();
+    std::uint64_t planes = 0;
     for (const LevelSheet& sheet : sheets_)
         for (const std::vector<LevelGrid>* grids : {&sheet.levels, &sheet.between})
-            for (const LevelGrid& grid : *grids) {
+            for (const LevelGrid& grid : *grids)
                 sum += (grid.z.size() + grid.present.size()) * sizeof(float);
-                const bool is_expanded = &grid != &sheet.levels[0];
-                planes += grid.plane() * 2 * std::uint64_t(channels_) * (is_expanded ? orders : 1);
-            }
+    for (const LevelGrid& grid : sheets_[0].levels) {
+        const bool has_texels = &grid == &sheets_[0].levels[0];
+        planes += (sheets + 1) * grid.plane() * channels_ * (has_texels ? 1 : orders);
+    }
+    for (const LevelGrid& grid : sheets_[0].between)
+        planes += 2 * grid.plane() * channels_ * orders;
     return sum + planes * sizeof(float);
 }
 

@@ -64,14 +64,16 @@ private:
                   const Executor& executor, const std::stop_token& stop) const;
     void take_sums(const LevelGrid& texels, const Planes& planes, Image& out,
                    const Executor& executor, const std::stop_token& stop) const;
-    void halve_rows(const Planes& fine, Planes& coarse, double reach, const Executor& executor,
-                    const std::stop_token& stop) const;
-    void halve_columns(const Planes& fine, Planes& coarse, double reach, const Executor& executor,
+    void halve_rows(const Planes& fine, const LevelGrid& from, Planes& coarse, const LevelGrid& to,
+                    double reach, const Executor& executor, const std::stop_token& stop) const;
+    void halve_columns(const Planes& fine, const LevelGrid& from, Planes& coarse,
+                       const LevelGrid& to, double reach, const Executor& executor,
                        const std::stop_token& stop) const;
-    void refine_columns(const Planes& coarse, Planes& fine, double reach, const Executor& executor,
+    void refine_columns(const Planes& coarse, const LevelGrid& from, Planes& fine,
+                        const LevelGrid& to, double reach, const Executor& executor,
                         const std::stop_token& stop) const;
-    void refine_rows(const Planes& coarse, Planes& fine, double reach, const Executor& executor,
-                     const std::stop_token& stop) const;
+    void refine_rows(const Planes& coarse, const LevelGrid& from, Planes& fine, const LevelGrid& to,
+                     double reach, const Executor& executor, const std::stop_token& stop) const;
     [[nodiscard]] std::unique_ptr<Workspace> take_workspace() const;
     void sum_level(int l, const Planes& sources, const LevelSheet& from, Planes& sums,
                    const LevelSheet& to, const Executor& executor,
