@@ -38,7 +38,7 @@ struct Demands {
 Demands demands_of(TransportAccuracy accuracy) {
     switch (accuracy) {
         case TransportAccuracy::preview:
-            return {0.01, 3, 1.1, 0.003, 2, 0.1, 0.3f};
+            return {0.01, 3, 1.1, 0.005, 2, 0.1, 0.3f};
         case TransportAccuracy::final:
             return {0.003, 4, 2.2, 0.001, 4, 0.006, 0.05f};
         case TransportAccuracy::exact:
@@ -120,15 +120,14 @@ struct Transport::Parts {
             std::min(surface->width(), surface->height()) / 32.0;  // nodes of a side
         const double coarse = std::min(texels, enough);
         const int coarsest = coarse >= 2 ? int(std::log2(coarse)) : 0;
-        const LevelSum::Settings attempts[] = {{demands.ratio, coarsest, 1},
-                                               {demands.ratio, 0, 1},
-                                               {demands.ratio, 0, demands.sheets}};
-        for (const LevelSum::Settings& settings : attempts) {
-            if (&settings == &attempts[1] && coarsest == 0) continue;
+        const auto will_do = [&](int first_level, int sheets, double most) {
+            const LevelSum::Settings settings{demands.ratio, first_level, sheets};
             levels = std::make_unique<LevelSum>(*surface, *kernel, settings, executor, stop, simd);
-            const double most = settings.sheets > 1 ? demands.sheets_cliffs : demands.cliffs;
-            if (levels->cliffs() <= most) return;
-        }
+            return levels->cliffs() <= most;
+        };
+        for (int first_level = coarsest; first_level >= 0; --first_level)
+            if (will_do(first_level, 1, demands.cliffs)) return;
+        if (will_do(0, demands.sheets, demands.sheets_cliffs)) return;
         levels.reset();
     }
 };
