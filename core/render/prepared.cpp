@@ -165,8 +165,9 @@ std::shared_ptr<const DirectionalSum> prepared_directional_sum(const Scene& scen
                                                                TransportAccuracy accuracy,
                                                                const RenderControl& control) {
     const Material& m = scene.material;
-    std::string key = key_of("directional-sum", m.mm_per_width, m.medium.eta, int(accuracy),
-                             int(control.simd), scene.relief, scene.field->shape_key);
+    std::string key = key_of(
+        "directional-sum", m.mm_per_width, m.medium.eta, int(accuracy), int(control.simd),
+        scene.relief, scene.field->bump.empty() ? 0 : scene.bump_relief, scene.field->shape_key);
     for (int c = 0; c < 3; ++c)
         key += key_of(m.medium.sigma_a[c], m.medium.sigma_s[c], m.medium.g[c]);
     return shared<DirectionalSum>(control.cache, *scene.field, key, [&] {
@@ -174,9 +175,9 @@ std::shared_ptr<const DirectionalSum> prepared_directional_sum(const Scene& scen
         for (int c = 0; c < 3; ++c)
             dipoles[c] = scatter::directional_dipole(scatter::channel(m.medium, c, m.mm_per_width),
                                                      {.robust = true});
-        auto made =
-            std::make_shared<const DirectionalSum>(surface, prepared.slopes, dipoles, accuracy,
-                                                   control.executor, control.stop, control.simd);
+        auto made = std::make_shared<const DirectionalSum>(
+            surface, prepared.slopes, prepared.shading_slopes(), dipoles, accuracy,
+            control.executor, control.stop, control.simd);
         const std::uint64_t bytes = made->bytes();
         return SharedCache::Made<DirectionalSum>{std::move(made), bytes};
     });

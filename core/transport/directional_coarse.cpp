@@ -60,22 +60,28 @@ DirectionalSurface coarse_surface(const DirectionalSurface& surface, int factor,
     const int width = coarse_size(surface.z.width, factor);
     const int height = coarse_size(surface.z.height, factor);
     DirectionalSurface coarse{factor * surface.spacing, Image(width, height, 1),
-                              Image(width, height, 1), Image(width, height, 3)};
+                              Image(width, height, 1), Image(width, height, 2),
+                              Image(width, height, 3)};
     parallel_rows(executor, height, {}, [&](RowRange rows) {
         for (int v = rows.begin; v < rows.end; ++v)
             for (int u = 0; u < width; ++u) {
-                double area = 0, z = 0;
+                double area = 0, z = 0, right = 0, up = 0;
                 Vec3 normal;
                 for_each_texel(surface.z.width, surface.z.height, u, v, factor, [&](int i, int j) {
                     const double a = surface.area.at(i, j);
                     const float* n = texel(surface.normals, i, j);
                     area += a;
                     z += a * surface.z.at(i, j);
+                    right += a * surface.slopes.at(i, j, 0);
+                    up += a * surface.slopes.at(i, j, 1);
                     normal = normal + a * Vec3{n[0], n[1], n[2]};
                 });
                 coarse.area.at(u, v) = float(area);
-                coarse.z.at(u, v) = area > 0 ? float(z / area) : 0;
                 set_vector(coarse.normals, u, v, normalized(normal));
+                if (!(area > 0)) continue;
+                coarse.z.at(u, v) = float(z / area);
+                coarse.slopes.at(u, v, 0) = float(right / area);
+                coarse.slopes.at(u, v, 1) = float(up / area);
             }
     });
     return coarse;

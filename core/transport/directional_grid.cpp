@@ -144,8 +144,8 @@ void DirectionalGrid::set_planes() {
         for (int i = 0; i < width; ++i) {
             if (!(surface_.area.at(i, j) > 0)) continue;
             const float* n = texel(surface_.normals, i, j);
-            const float numbers[] = {surface_.z.at(i, j), n[0],        n[1], n[2],
-                                     -n[0] / n[2],        -n[1] / n[2]};
+            const float* slope = texel(surface_.slopes, i, j);
+            const float numbers[] = {surface_.z.at(i, j), n[0], n[1], n[2], slope[0], slope[1]};
             for (int k = 0; k < 6; ++k) planes_[k * plane_ + place(i, j)] = numbers[k];
         }
 }

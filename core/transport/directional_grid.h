@@ -21,11 +21,13 @@ struct DirectionalSurface {
     double spacing = 0;  ///< from texel to texel
     Image z;             ///< 1 channel
     Image area;          ///< 1 channel; 0 = nothing is there
-    Image normals;       ///< 3 channels, unit, z > 0
+    Image slopes;        ///< 2 channels: dz/dx and dz/dy within the cells
+    Image normals;       ///< 3 channels, unit, z > 0: with a bump map, not those of the slopes
 };
 
 [[nodiscard]] inline std::uint64_t bytes_of(const DirectionalSurface& surface) {
-    return (surface.z.values.size() + surface.area.values.size() + surface.normals.values.size()) *
+    return (surface.z.values.size() + surface.area.values.size() + surface.slopes.values.size() +
+            surface.normals.values.size()) *
            sizeof(float);
 }
 

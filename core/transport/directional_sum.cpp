@@ -10,13 +10,14 @@ namespace relit {
 namespace {
 
 DirectionalSurface fine_surface(const TransportSurface& surface, const Image& slopes,
-                                const Executor& executor) {
-    DirectionalSurface fine{surface.spacing(), surface.z, surface.area,
+                                const Image& shading_slopes, const Executor& executor) {
+    DirectionalSurface fine{surface.spacing(), surface.z, surface.area, slopes,
                             Image(surface.width(), surface.height(), 3)};
     parallel_rows(executor, surface.height(), {}, [&](RowRange rows) {
         for (int j = rows.begin; j < rows.end; ++j)
             for (int i = 0; i < surface.width(); ++i) {
-                const Vec3 n = normalized({-slopes.at(i, j, 0), -slopes.at(i, j, 1), 1});
+                const Vec3 n =
+                    normalized({-shading_slopes.at(i, j, 0), -shading_slopes.at(i, j, 1), 1});
                 float* const out = &fine.normals.at(i, j);
                 out[0] = float(n.x), out[1] = float(n.y), out[2] = float(n.z);
             }
@@ -24,12 +25,16 @@ DirectionalSurface fine_surface(const TransportSurface& surface, const Image& sl
     return fine;
 }
 
+// Measured on three reliefs of 96 squared in two materials: final is 0.1 to 0.9 % off (relative RMS; the
+// most where texels are two thirds of a free path and steep), a plane 0 to 0.75 % too dark with texels of
+// a quarter to a thousand free paths. Cones of 30 degrees are 1.3 to 2 times as fast and 0.1 % farther
+// off, but 3 % on rough reliefs as thin as a free path.
 DirectionalRule rule_of(TransportAccuracy accuracy) {
     switch (accuracy) {
         case TransportAccuracy::preview:
-            return {.area = 0.5f, .cone_deg = 60, .near_texels = 1.6, .touching = 2};
+            return {.area = 0.8f, .cone_deg = 90, .near_texels = 1.6, .touching = 2};
         case TransportAccuracy::final:
-            return {.area = 0.12f, .cone_deg = 15, .near_texels = 4.5, .touching = 4, .near = 2};
+            return {.area = 0.12f, .cone_deg = 15, .near_texels = 3.5, .touching = 4, .near = 2};
         case TransportAccuracy::exact:
             break;
     }
@@ -37,7 +42,7 @@ DirectionalRule rule_of(TransportAccuracy accuracy) {
 }
 
 // Texels of a side of what previews sum as one: at most 128 to a side of the map are left, fewer where
-// two thirds of a mean free path are wider, but 32.
+// two thirds of a mean free path are wider, but 32. 2 % of the final sum at 512 squared.
 int preview_factor(const TransportSurface& surface,
                    const std::array<scatter::DirectionalDipole, 3>& dipoles) {
     constexpr double most = 128, least = 32;
@@ -58,10 +63,11 @@ struct DirectionalSum::Parts {
 };
 
 DirectionalSum::DirectionalSum(const TransportSurface& surface, const Image& slopes,
+                               const Image& shading_slopes,
                                const std::array<scatter::DirectionalDipole, 3>& dipoles,
                                TransportAccuracy accuracy, const Executor& executor,
                                const std::stop_token& stop, Simd simd) {
-    DirectionalSurface fine = fine_surface(surface, slopes, executor);
+    DirectionalSurface fine = fine_surface(surface, slopes, shading_slopes, executor);
     const DirectionalRule rule = rule_of(accuracy);
     const bool is_preview = accuracy == TransportAccuracy::preview;
     const int factor = is_preview ? preview_factor(surface, dipoles) : 1;

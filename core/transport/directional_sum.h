@@ -25,11 +25,13 @@ namespace relit {
 /// and 3.7 % in skin; with the mean at length 1 1.3 to 3 times as much. Diffuse light: 0.8 %.
 class DirectionalSum {
 public:
-    /// @param surface  at least one texel; heights and areas finite (asserted)
+    /// @param surface  at least one texel; heights and areas finite
     /// @param slopes   2 channels: dz/dx and dz/dy, y up
+    /// @param shading_slopes  the same of what light sees: with a bump map, or `slopes`
     /// @param dipoles  of red, green and blue, in scene units; `robust` for pictures
     /// @throws Error cancelled
     DirectionalSum(const TransportSurface& surface, const Image& slopes,
+                   const Image& shading_slopes,
                    const std::array<scatter::DirectionalDipole, 3>& dipoles,
                    TransportAccuracy accuracy, const Executor& executor,
                    const std::stop_token& stop = {}, Simd simd = best_simd());

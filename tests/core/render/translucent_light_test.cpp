@@ -4,84 +4,20 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <numeric>
 
 #include "core/base/angle.h"
 #include "core/base/error.h"
 #include "core/field/normals.h"
 #include "core/scatter/dipole.h"
-#include "core/scatter/directional_dipole.h"
 #include "core/scatter/fresnel.h"
 #include "core/scatter/highlight.h"
-#include "core/visibility/inside_length.h"
 #include "tests/support/maps.h"
 #include "tests/support/skies.h"
+#include "tests/support/translucent.h"
 
 namespace relit::test {
 namespace {
-
-const Output raw{.transfer = Transfer::none};
-
-Output layer(Layer which) { return {.layer = which, .transfer = Transfer::none}; }
-
-Material dipole_of(const char* medium, double mm_per_width) {
-    Material m;
-    m.model = Model::dipole;
-    m.medium = scatter::find_medium(medium)->medium;
-    m.mm_per_width = mm_per_width;
-    return m;
-}
-
-Scene scene_of(HeightField field, Material material, Light light = DirectionalLight{}) {
-    Scene scene;
-    scene.field = shared(std::move(field));
-    scene.material = std::move(material);
-    scene.lights = {std::move(light)};
-    return scene;
-}
-
-DirectionalLight sun(double elevation_deg, double azimuth_deg = 315) {
-    return {.azimuth_deg = azimuth_deg, .elevation_deg = elevation_deg};
-}
-
-HeightField flat(int width, int height) {
-    return field_of(width, height, [](int, int) { return 0.5; });
-}
-
-double at_middle(const Image& image, int c = 0) {
-    return image.at(image.width / 2, image.height / 2, c);
-}
-
-double rms(const Image& image, const Image& expected) {
-    double errors = 0, squares = 0;
-    for (std::size_t n = 0; n < image.values.size(); ++n) {
-        const double e = double(image.values[n]) - expected.values[n];
-        errors += e * e;
-        squares += double(expected.values[n]) * expected.values[n];
-    }
-    return std::sqrt(errors / squares);
-}
-
-// E/pi and B/pi of one texel under one light of intensity 1, by the scalar march.
-struct Lit {
-    double irradiance = 0, entering = 0, visibility = 0;
-    Vec3 to_light;
-};
-
-Lit lit_texel(const Scene& scene, const Solid& solid, int i, int j) {
-    const HeightField& field = *scene.field;
-    const LightSample light =
-        samples_of(scene.lights.front(), {solid.y_size()}, Transfer::none, {}).front();
-    const Ray ray = ray_to({light.at, light.at_infinity}, surface_point(solid, i, j));
-    const Vec3 normal = normal_from(slopes_at(field, scene.relief, i, j));
-    const double cosine = std::max(0.0, dot(normal, ray.direction));
-    const double r = inside_length(solid, ray), t = scene.material.depth;
-    const double visible = r > t ? t / r : 1;
-    const double eta = scene.material.medium.eta;
-    return {visible * cosine, visible * cosine * scatter::transmittance(cosine, eta), visible,
-            ray.direction};
-}
 
 // L_o of section 2.1, every texel with every other.
 Image summed_subsurface(const Scene& scene) {
@@ -120,72 +56,6 @@ TEST(TranslucentLight, IsTheDoubleSumOverAllTexels) {
         EXPECT_LT(rms(rendered(scene, layer(Layer::subsurface)), expected), 0.005);
         EXPECT_LT(rms(rendered(scene, raw), expected), 0.005) << "all that beauty shows";
     }
-}
-
-// L_o of section 3, every texel with every other, S as core/scatter has it.
-Image summed_directional(const Scene& scene) {
-    const HeightField& field = *scene.field;
-    const Solid solid = make_solid(field, scene.relief, scene.base, scene.material.depth);
-    const Material& m = scene.material;
-    const int width = field.width(), height = field.height();
-    const auto point = [&](int i, int j) {
-        return scatter::SurfacePoint{surface_point(solid, i, j),
-                                     normal_from(slopes_at(field, scene.relief, i, j))};
-    };
-    Image sum(width, height, 3);
-    for (int j = 0; j < height; ++j)
-        for (int i = 0; i < width; ++i) {
-            const scatter::SurfacePoint entry = point(i, j);
-            const Lit lit = lit_texel(scene, solid, i, j);
-            const double flux =
-                std::numbers::pi * lit.irradiance / (width * width * entry.normal.z);
-            for (int c = 0; c < 3; ++c) {
-                const scatter::DirectionalDipole dipole = scatter::directional_dipole(
-                    scatter::channel(m.medium, c, m.mm_per_width), {.robust = true});
-                for (int q = 0; flux > 0 && q < height; ++q)
-                    for (int p = 0; p < width; ++p)
-                        sum.at(p, q, c) += float(
-                            flux * bssrdf(dipole, entry, lit.to_light, point(p, q), {0, 0, 1}));
-            }
-        }
-    return sum;
-}
-
-TEST(TranslucentLight, OfTheDirectionalDipoleIsTheDoubleSumOverAllTexels) {
-    for (const Light& light : {Light(sun(35)), Light(PointLight{{0.2, 0.7, 0.5}})}) {
-        Material m = dipole_of("marble", 0.6);  // texels far finer than a mean free path
-        m.model = Model::directional_dipole;
-        const Scene scene = scene_of(hills(40, 30), m, light);
-        const Image expected = summed_directional(scene);
-        EXPECT_LT(rms(rendered(scene, layer(Layer::subsurface)), expected), 0.01);
-        EXPECT_LT(rms(rendered(scene, raw), expected), 0.01) << "all that beauty shows";
-    }
-}
-
-TEST(TranslucentLight, OfTheDirectionalDipoleIsTheHalfSpaceTotalOnAWidePlane) {
-    Material m = dipole_of("skin2", 4000);
-    m.model = Model::directional_dipole;
-    const double eta = m.medium.eta, t = scatter::transmittance(1, eta);
-    const auto middle = [&](const Light& light, int c) {
-        return at_middle(rendered(scene_of(flat(40, 40), m, light), layer(Layer::subsurface)), c);
-    };
-    EnvironmentLight sky;
-    sky.map = environment_of(48, [](Vec3) { return Rgb{1, 1, 1}; });
-    sky.intensity = 4;
-    for (int c = 0; c < 3; ++c) {
-        const double total = half_space_total(
-            scatter::directional_dipole(scatter::channel(m.medium, c, m.mm_per_width)));
-        EXPECT_NEAR(middle(sun(90), c) / (t * t / scatter::diffuse_transmittance(eta) * total), 1,
-                    0.01);
-        // Slanting light comes back more than straight light does.
-        const double of_sky = middle(sky, c) / (t * total);
-        EXPECT_GT(of_sky, 0.99);
-        EXPECT_LT(of_sky, 1.15);
-    }
-    m.film = Film{.medium = m.medium, .thickness = 1e-7};
-    const double filmed = middle(sun(60), 1);
-    m.film.reset();
-    EXPECT_NEAR(filmed / middle(sun(60), 1), 1, 2e-3);
 }
 
 TEST(TranslucentLight, OfAWideEvenPlaneIsTheTotalOfTheProfile) {

@@ -21,10 +21,10 @@ using Dipoles = std::array<DirectionalDipole, 3>;
 
 struct Relief {
     TransportSurface surface;
-    Image slopes;
+    Image slopes, shading_slopes;
 
     [[nodiscard]] Vec3 normal(int i, int j) const {
-        return normalized({-slopes.at(i, j, 0), -slopes.at(i, j, 1), 1});
+        return normalized({-shading_slopes.at(i, j, 0), -shading_slopes.at(i, j, 1), 1});
     }
     [[nodiscard]] Vec3 position(int i, int j) const {
         const double texel = surface.spacing();
@@ -33,7 +33,7 @@ struct Relief {
 };
 
 Relief relief_of(int width, int height, const std::function<double(double, double)>& z) {
-    Relief r{{Image(width, height, 1), Image(width, height, 1)}, Image(width, height, 2)};
+    Relief r{{Image(width, height, 1), Image(width, height, 1)}, Image(width, height, 2), {}};
     const double texel = 1.0 / width;
     for (int j = 0; j < height; ++j)
         for (int i = 0; i < width; ++i) {
@@ -45,6 +45,7 @@ Relief relief_of(int width, int height, const std::function<double(double, doubl
             r.slopes.at(i, j, 0) = float(right);
             r.slopes.at(i, j, 1) = float(up);
         }
+    r.shading_slopes = r.slopes;
     return r;
 }
 
@@ -94,7 +95,8 @@ Image summed(const Relief& relief, const Light& light, const Dipoles& dipoles,
              TransportAccuracy accuracy = TransportAccuracy::final, int threads = 2,
              Simd simd = best_simd()) {
     const Executor with(threads);
-    return DirectionalSum(relief.surface, relief.slopes, dipoles, accuracy, with, {}, simd)
+    return DirectionalSum(relief.surface, relief.slopes, relief.shading_slopes, dipoles, accuracy,
+                          with, {}, simd)
         .sum(light.flux, light.inward, with);
 }
 
@@ -168,6 +170,19 @@ TEST(DirectionalSum, IsTheDoubleSumOverPartsOfCellsElsewhere) {
     }
 }
 
+TEST(DirectionalSum, TakesNormalsFromABumpMapAndPlacesFromTheSurface) {
+    const Dipoles dipoles = dipoles_of("marble", 25);
+    Relief relief = relief_of(56, 48, bumps);
+    for (int j = 0; j < 48; ++j)
+        for (int i = 0; i < 56; ++i)
+            relief.shading_slopes.at(i, j) += 0.5f * float(std::sin(1.1 * i));
+    const Light light = lit(relief, {direction_from(100, 30)}, 1.5);
+    const Image sum = summed(relief, light, dipoles);
+    EXPECT_LT(error(relief, light, dipoles, sum, 12), 0.01);
+    relief.shading_slopes = relief.slopes;
+    EXPECT_GT(error(relief, light, dipoles, sum, 12), 0.03);
+}
+
 // By rings about the middle of a square of side 1.
 double total_over_square(const DirectionalDipole& dipole, Vec3 inward) {
     constexpr int angles = 96, rings = 6;
@@ -204,7 +219,7 @@ TEST(DirectionalSum, KeepsTheEnergyOfAPlaneForFineAndCoarseTexels) {
                 for (const auto accuracy : {TransportAccuracy::final, TransportAccuracy::preview})
                     EXPECT_NEAR(summed(relief, light, dipoles, accuracy).at(32, 32, 1) /
                                     (light.flux.at(32, 32, 1) * 65 * 65 * expected),
-                                1, accuracy == TransportAccuracy::final ? 0.01 : 0.04)
+                                1, accuracy == TransportAccuracy::final ? 0.01 : 0.05)
                         << medium << ' ' << texel_in_free_paths << ' ' << elevation << ' '
                         << int(accuracy);
             }
@@ -234,7 +249,7 @@ TEST(DirectionalSum, ReachesFartherWhereTheLightGoes) {
     const Image sum = summed(relief, spot, dipoles);
     for (const int away : {2, 4, 8})
         EXPECT_GT(sum.at(24 - away, 24), 1.05f * sum.at(24 + away, 24));
-    EXPECT_FLOAT_EQ(sum.at(24, 20), sum.at(24, 28));
+    EXPECT_NEAR(sum.at(24, 20) / sum.at(24, 28), 1, 1e-5);
 }
 
 TEST(DirectionalSum, OfSeveralLightsIsNearTheSumOfEach) {
@@ -353,11 +368,11 @@ TEST(DirectionalSum, StopsWhenAsked) {
     stop.request_stop();
     const Relief relief = relief_of(64, 64, bumps);
     const Dipoles dipoles = dipoles_of("marble", 60);
-    EXPECT_THROW(DirectionalSum(relief.surface, relief.slopes, dipoles, TransportAccuracy::final,
-                                executor(), stop.get_token()),
+    EXPECT_THROW(DirectionalSum(relief.surface, relief.slopes, relief.shading_slopes, dipoles,
+                                TransportAccuracy::final, executor(), stop.get_token()),
                  Error);
-    const DirectionalSum sum(relief.surface, relief.slopes, dipoles, TransportAccuracy::preview,
-                             executor());
+    const DirectionalSum sum(relief.surface, relief.slopes, relief.shading_slopes, dipoles,
+                             TransportAccuracy::preview, executor());
     const Light light = lit(relief, {direction_from(30, 40)}, 1.5);
     EXPECT_THROW((void)sum.sum(light.flux, light.inward, executor(), stop.get_token()), Error);
 }
