@@ -48,7 +48,8 @@ struct LevelSheet {
         int first = 1, last = 0;
     };
     [[nodiscard]] Columns active(int l, int j) const {
-        return active_of_rows[l][std::size_t(j + levels[l].margin)];
+        const int row = j + levels[l].margin;
+        return active_of_rows[l][row];
     }
     std::vector<std::vector<Columns>> active_of_rows;  ///< [level][row from the margin on]
 };

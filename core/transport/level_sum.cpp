@@ -278,6 +278,7 @@ struct LevelSum::Workspace {
     explicit Workspace(const LevelSum& sum) {
         const auto planes_of = [&](const std::vector<LevelGrid>& grids, bool has_texels) {
             std::vector<Planes> planes;
+            planes.reserve(grids.size());
             for (const LevelGrid& grid : grids)
                 planes.emplace_back(grid, sum.channels_, !has_texels || &grid != &grids[0]);
             return planes;
