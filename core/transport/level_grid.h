@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <stop_token>
 #include <vector>
 
+#include "core/base/parallel.h"
 #include "core/image/large_pages.h"
 #include "core/transport/kernels/levels.h"
+#include "core/transport/transport_surface.h"
 
 namespace relit {
 
@@ -32,10 +35,40 @@ struct LevelGrid {
     void extend();
 };
 
-/// Half as many columns or rows as `fine`: nodes lie between two of it, at their mean height.
-[[nodiscard]] LevelGrid halved(const LevelGrid& fine, bool rows, int margin, int pad);
+/// Nodes around the map that cubics of the next level reach, whatever the level.
+inline constexpr int level_margin = 4;
 
-/// Gives nodes of `fine` where nothing is the height of the one of `coarse` that stands for them.
-void fill_gaps(LevelGrid& fine, const LevelGrid& coarse, bool rows);
+/// The grids of a map, or of those of its texels that lie within a range of heights.
+struct LevelSheet {
+    std::vector<LevelGrid> levels;
+    std::vector<LevelGrid> between;  ///< level l with its rows halved already
+
+    /// Columns first to last of row j of level l that hold flux, or sums that are asked for.
+    struct Columns {
+        int first = 1, last = 0;
+    };
+    [[nodiscard]] Columns active(int l, int j) const {
+        const int row = j + levels[l].margin;
+        return active_of_rows[l][row];
+    }
+    std::vector<std::vector<Columns>> active_of_rows;  ///< [level][row from the margin on]
+};
+
+/// @param low, high  scene units: of texels with low <= z < high
+/// @throws Error cancelled
+[[nodiscard]] LevelSheet level_sheet(const TransportSurface& surface, float low, float high,
+                                     int levels, int pad, const std::stop_token& stop);
+
+/// Up to `count` heights that the most cliffs of the map cross, weighted by how high these are, in
+/// rising order; none where there are no cliffs.
+[[nodiscard]] std::vector<float> cliff_heights(const TransportSurface& surface, int count);
+
+/// How much is carried from a grid to the next one, and how much of it farther in height than `reach`.
+struct Carried {
+    double all = 0, beyond = 0;
+};
+[[nodiscard]] Carried carried_between(const LevelGrid& fine, const LevelGrid& coarse, bool rows,
+                                      double reach, const Executor& executor,
+                                      const std::stop_token& stop);
 
 }  // namespace relit

@@ -10,8 +10,7 @@
 namespace relit {
 namespace {
 
-constexpr int level_margin = 4;  // that cubics of the next level reach, whatever the level
-constexpr int least_pad = 12;    // that flux is carried from: 8 nodes around twice the margin
+constexpr int least_pad = 12;  // that flux is carried from: 8 nodes around twice the margin
 constexpr int orders = 3;
 
 struct Loops {
@@ -38,48 +37,26 @@ Loops loops_of(Simd simd) {
     }
 }
 
-// r^2 for which the softened kernel has the kernel's value: C^2 at a^2, a^2/3 at 0.
-double softened(double u, double a) {
-    const double t = u / (a * a);
-    if (t >= 1) return u;
-    return a * a * (t + std::pow(1 - t, 3) / 3);
-}
-
-// a + b w + c w^2 through the values at the three Chebyshev points of [low, high].
-template <class Value>
-void fit(double low, double high, const Value& value, float* a, float* b, float* c) {
-    const double middle = (low + high) / 2, away = (high - low) / 2 * 0.86602540378443865;
-    const double below = value(middle - away), centre = value(middle), above = value(middle + away);
-    const double curve = (above + below - 2 * centre) / (2 * away * away);
-    const double slope = (above - below) / (2 * away);
-    *c = float(curve);
-    *b = float(slope - 2 * curve * middle);
-    *a = float(centre - slope * middle + curve * middle * middle);
-}
-
 }  // namespace
 
-// What nodes of one grid hold while a sum is made.
+// What the nodes of one grid hold while a sum is made: of sources flux and moments, of sums values and
+// derivatives; of texels the first of them only.
 struct LevelSum::Planes {
-    const LevelGrid* grid;
+    std::size_t size;  // of a plane
     int channels;
     bool is_expanded;
     Texels values;
 
-    Planes(const LevelGrid& g, int c, bool expanded)
-        : grid(&g), channels(c), is_expanded(expanded) {
-        values.assign(grid->plane() * 2 * planes(), 0.0f);
+    Planes(const LevelGrid& grid, int c, bool expanded)
+        : size(grid.plane()), channels(c), is_expanded(expanded) {
+        values.assign(size * channels * (expanded ? orders : 1), 0.0f);
     }
-    [[nodiscard]] int planes() const { return channels * (is_expanded ? orders : 1); }
-    void clear_sums() {
-        std::fill(values.begin() + std::ptrdiff_t(planes() * grid->plane()), values.end(), 0.0f);
+    void clear() { std::fill(values.begin(), values.end(), 0.0f); }
+    [[nodiscard]] float* plane(int order, int c) {
+        return values.data() + (std::size_t(is_expanded ? order : 0) * channels + c) * size;
     }
-    // Of the flux (and its moments) or the sums (and their derivatives).
-    [[nodiscard]] float* plane(bool sums, int order, int c) const {
-        const int per_kind = is_expanded ? orders : 1;
-        const std::size_t index =
-            (std::size_t(sums) * per_kind + (is_expanded ? order : 0)) * channels + c;
-        return const_cast<float*>(values.data()) + index * grid->plane();
+    [[nodiscard]] const float* plane(int order, int c) const {
+        return const_cast<Planes*>(this)->plane(order, c);
     }
 };
 
@@ -90,132 +67,54 @@ LevelSum::LevelSum(const TransportSurface& surface, const RadialKernel& kernel, 
     while (settings_.ratio * std::exp2(levels_) < cut_) ++levels_;
     settings_.first_level = std::min(settings_.first_level, levels_ - 1);
     core_ = kernel.core() / kernel.spacing();
-    make_grids(surface, stop);
+    const int pad = std::max(least_pad, int(std::ceil(2 * settings_.ratio)) + 1);
+    const std::vector<float> heights = cliff_heights(surface, settings_.sheets - 1);
+    for (std::size_t k = 0; k <= heights.size(); ++k)
+        sheets_.push_back(level_sheet(surface, k > 0 ? heights[k - 1] : -INFINITY,
+                                      k < heights.size() ? heights[k] : INFINITY, levels_, pad,
+                                      stop));
     measure_cliffs(executor, stop);
     const double relief = surface.relief() * surface.width();
+    kernels_.resize(levels_);
     parallel_rows(executor, levels_ - settings_.first_level, stop, [&](RowRange levels) {
-        for (int l = levels.begin; l < levels.end; ++l)
-            make_tables(kernel, std::size_t(l + settings_.first_level), relief);
-    });
-}
-
-void LevelSum::make_grids(const TransportSurface& surface, const std::stop_token& stop) {
-    const int pad = std::max(least_pad, int(std::ceil(2 * settings_.ratio)) + 1);
-    LevelGrid first(surface.width(), surface.height(), 0, pad);
-    for (int j = 0; j < first.height; ++j)
-        for (int i = 0; i < first.width; ++i) {
-            first.z[first.at(i, j)] = surface.z.at(i, j) * float(surface.width());
-            first.present[std::size_t(j) * first.width + i] = surface.area.at(i, j) > 0;
+        for (int k = levels.begin; k < levels.end; ++k) {
+            const int l = k + settings_.first_level;
+            kernels_[l] = level_kernel(kernel, {.level = l,
+                                                .softening = softening_of(l),
+                                                .is_first = k == 0,
+                                                .is_last = l + 1 == levels_,
+                                                .extent = cut_,
+                                                .relief = relief});
         }
-    level_.emplace_back(std::move(first));
-    for (int l = 0; l + 1 < levels_; ++l) {
-        if (stop.stop_requested()) throw Error(error_code::cancelled, "the render was cancelled");
-        between_.push_back(halved(level_[l].grid, true, level_margin, pad));
-        level_.emplace_back(halved(between_[l], false, level_margin, pad));
-    }
-    for (int l = levels_ - 1; l > 0; --l) {
-        fill_gaps(between_[l - 1], level_[l].grid, false);
-        fill_gaps(level_[l - 1].grid, between_[l - 1], true);
-    }
-    for (Level& level : level_) level.grid.extend();
-    for (LevelGrid& grid : between_) grid.extend();
-    for (int l = 0; l < levels_; ++l) level_[l].softening = settings_.ratio * std::exp2(l);
+    });
 }
 
 // How far heights may lie from those of nodes of level l: where its kernel is still much the same.
 double LevelSum::reach_of(int l) const {
-    const double reach = 0.4 * level_[l].softening;
+    const double reach = 0.4 * softening_of(l);
     return l <= settings_.first_level ? std::min(reach, 0.8 * core_) : reach;
 }
 
 void LevelSum::measure_cliffs(const Executor& executor, const std::stop_token& stop) {
-    constexpr double weights[] = {5, 7, 35, 105, 105, 35, 7, 5};
     for (int l = 0; l + 1 < levels_; ++l)
         for (const bool rows : {true, false}) {
-            const LevelGrid& fine = rows ? level_[l].grid : between_[l];
-            const LevelGrid& coarse = rows ? between_[l] : level_[l + 1].grid;
-            const auto reach = float(reach_of(l + 1));
-            std::vector<double> beyond(coarse.height), all(coarse.height);
-            parallel_rows(executor, coarse.height, stop, [&](RowRange range) {
-                for (int j = range.begin; j < range.end; ++j)
-                    for (int i = 0; i < coarse.width; ++i)
-                        for (int k = 0; k < 8; ++k) {
-                            const int u = rows ? i : 2 * i - 3 + k, v = rows ? 2 * j - 3 + k : j;
-                            if (u < 0 || v < 0 || u >= fine.width || v >= fine.height) continue;
-                            const unsigned present = fine.present[std::size_t(v) * fine.width + u];
-                            const float rise = fine.z[fine.at(u, v)] - coarse.z[coarse.at(i, j)];
-                            all[j] += weights[k] * present;
-                            beyond[j] += std::abs(rise) > reach ? weights[k] * present : 0;
-                        }
-            });
-            double sum = 0, share = 0;
-            for (int j = 0; j < coarse.height; ++j) {
-                sum += all[j];
-                share += beyond[j];
+            Carried carried;
+            for (const LevelSheet& sheet : sheets_) {
+                const LevelGrid& fine = rows ? sheet.levels[l] : sheet.between[l];
+                const LevelGrid& coarse = rows ? sheet.between[l] : sheet.levels[l + 1];
+                const Carried of_sheet =
+                    carried_between(fine, coarse, rows, reach_of(l + 1), executor, stop);
+                carried.all += of_sheet.all;
+                carried.beyond += of_sheet.beyond;
             }
-            if (sum > 0) cliffs_ = std::max(cliffs_, share / sum);
+            if (carried.all > 0) cliffs_ = std::max(cliffs_, carried.beyond / carried.all);
         }
-}
-
-// The kernel of one level between nodes at every offset, as pieces over their difference in height.
-void LevelSum::make_tables(const RadialKernel& kernel, std::size_t l, double relief) {
-    Level& level = level_[l];
-    const bool is_first = int(l) == settings_.first_level, is_last = int(l) + 1 == levels_;
-    const double spacing = kernel.spacing(), node = std::exp2(double(l));
-    // The last one's nodes lie around the map as well.
-    const double a = level.softening;
-    const double cut = std::min(kernel.range() / spacing, is_last ? cut_ + 6 * node : 2 * a);
-    const double start = is_first ? std::clamp(core_ * core_ / 2, 0.1, a * a / 4) : a * a / 4;
-    const auto at = [&](int c, double u) {
-        return double(kernel.at_squared(c, float(u * spacing * spacing)));
-    };
-    const auto value = [&](int c, double u) {
-        const double own = is_first ? at(c, u) : at(c, softened(u, a));
-        return is_last ? own : own - at(c, softened(u, 2 * a));
-    };
-    const int reach = int(cut / node);
-    std::map<int, std::size_t> made;  // pieces by squared offset
-    for (int dy = -reach; dy <= reach; ++dy)
-        for (int dx = -reach; dx <= reach; ++dx) {
-            const int squared = dx * dx + dy * dy;
-            const double s = squared * node * node;
-            if (s >= cut * cut) continue;
-            kernels::LevelOffset offset{.dx = dx, .dy = dy, .start = float(s + start)};
-            const double low = s + start;
-            const double high = std::min(cut * cut, s + relief * relief) + start;
-            const auto piece = [&](double w, int shift) {
-                return std::bit_cast<int>(float(w)) >> shift;
-            };
-            while (piece(high, offset.shift) - piece(low, offset.shift) > kernels::level_pieces - 2)
-                ++offset.shift;
-            offset.first = piece(low, offset.shift);
-            const auto [place, is_new] = made.try_emplace(squared, level.pieces.size());
-            if (is_new) {
-                level.pieces.resize(level.pieces.size() + std::size_t(channels_) * 96, 0.0f);
-                float* pieces = &level.pieces[place->second];
-                for (int k = 0; k <= piece(high, offset.shift) - offset.first; ++k) {
-                    const auto bound = [&](int p) {
-                        return double(std::bit_cast<float>((offset.first + p) << offset.shift));
-                    };
-                    const double from = std::max(low, bound(k));
-                    const double to = std::max(std::min(bound(k + 1), high), from * (1 + 1.0 / 64));
-                    for (int c = 0; c < channels_; ++c)
-                        fit(
-                            from, to, [&](double w) { return value(c, std::max(w - start, 0.0)); },
-                            pieces + 96 * c + k, pieces + 96 * c + 32 + k,
-                            pieces + 96 * c + 64 + k);
-                }
-            }
-            level.offsets.push_back(offset);
-        }
-    for (kernels::LevelOffset& offset : level.offsets)
-        offset.pieces = &level.pieces[made.at(offset.dx * offset.dx + offset.dy * offset.dy)];
 }
 
 // Rows of `fine` to half as many.
-void LevelSum::halve_rows(const Planes& fine, Planes& coarse, double reach,
-                          const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *fine.grid, &to = *coarse.grid;
+void LevelSum::halve_rows(const Planes& fine, const LevelGrid& from, Planes& coarse,
+                          const LevelGrid& to, double reach, const Executor& executor,
+                          const std::stop_token& stop) const {
     const int m = to.margin, first = -from.margin;
     parallel_rows(executor, to.height + 2 * m, stop, [&](RowRange range) {
         for (int j = range.begin - m; j < range.end - m; ++j)
@@ -226,10 +125,9 @@ void LevelSum::halve_rows(const Planes& fine, Planes& coarse, double reach,
                 for (int k = 0; k < 8; ++k) {
                     const long at = from.at(first, 2 * j - 3 + k);
                     r.fine_z[k] = &from.z[at];
-                    for (int o = 0; o < orders; ++o) r.from[o][k] = fine.plane(false, o, c) + at;
+                    for (int o = 0; o < orders; ++o) r.from[o][k] = fine.plane(o, c) + at;
                 }
-                for (int o = 0; o < orders; ++o)
-                    r.to[o] = coarse.plane(false, o, c) + to.at(first, j);
+                for (int o = 0; o < orders; ++o) r.to[o] = coarse.plane(o, c) + to.at(first, j);
                 loops_of(simd_).restrict_row(r);
             }
     });
@@ -248,9 +146,9 @@ private:
 };
 
 // Columns of `fine` to half as many.
-void LevelSum::halve_columns(const Planes& fine, Planes& coarse, double reach,
-                             const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *fine.grid, &to = *coarse.grid;
+void LevelSum::halve_columns(const Planes& fine, const LevelGrid& from, Planes& coarse,
+                             const LevelGrid& to, double reach, const Executor& executor,
+                             const std::stop_token& stop) const {
     const int m = to.margin, count = to.width + 2 * m;
     const int pairs = count + 3;  // from fine column 2 (-m - 2) on
     const Loops loops = loops_of(simd_);
@@ -267,8 +165,8 @@ void LevelSum::halve_columns(const Planes& fine, Planes& coarse, double reach,
                 r.coarse_z = &to.z[target];
                 r.has_moments = true;
                 for (int o = 0; o < orders; ++o) {
-                    split(fine.plane(false, o, c), o);
-                    r.to[o] = coarse.plane(false, o, c) + target;
+                    split(fine.plane(o, c), o);
+                    r.to[o] = coarse.plane(o, c) + target;
                 }
                 for (int k = 0; k < 8; ++k) {  // fine node 2 I - 3 + k
                     const int odd = k % 2 == 0, on = (k + 1) / 2;
@@ -281,9 +179,9 @@ void LevelSum::halve_columns(const Planes& fine, Planes& coarse, double reach,
     });
 }
 
-void LevelSum::refine_rows(const Planes& coarse, Planes& fine, double reach,
-                           const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *coarse.grid, &to = *fine.grid;
+void LevelSum::refine_rows(const Planes& coarse, const LevelGrid& from, Planes& fine,
+                           const LevelGrid& to, double reach, const Executor& executor,
+                           const std::stop_token& stop) const {
     const int m = to.margin;
     parallel_rows(executor, to.height + 2 * m, stop, [&](RowRange range) {
         for (int j = range.begin - m; j < range.end - m; ++j)
@@ -295,17 +193,17 @@ void LevelSum::refine_rows(const Planes& coarse, Planes& fine, double reach,
                 for (int k = 0; k < 4; ++k) {
                     const long at = from.at(-m, (j >> 1) - 2 + p.is_upper + k);
                     p.coarse_z[k] = &from.z[at];
-                    for (int o = 0; o < orders; ++o) p.from[o][k] = coarse.plane(true, o, c) + at;
+                    for (int o = 0; o < orders; ++o) p.from[o][k] = coarse.plane(o, c) + at;
                 }
-                for (int o = 0; o < orders; ++o) p.to[o] = fine.plane(true, o, c) + to.at(-m, j);
+                for (int o = 0; o < orders; ++o) p.to[o] = fine.plane(o, c) + to.at(-m, j);
                 loops_of(simd_).prolong_row(p);
             }
     });
 }
 
-void LevelSum::refine_columns(const Planes& coarse, Planes& fine, double reach,
-                              const Executor& executor, const std::stop_token& stop) const {
-    const LevelGrid &from = *coarse.grid, &to = *fine.grid;
+void LevelSum::refine_columns(const Planes& coarse, const LevelGrid& from, Planes& fine,
+                              const LevelGrid& to, double reach, const Executor& executor,
+                              const std::stop_token& stop) const {
     const int m = to.margin, first = -((m + 1) / 2);
     const int pairs = (to.width + m + 1) / 2 - first;
     const Loops loops = loops_of(simd_);
@@ -323,56 +221,74 @@ void LevelSum::refine_columns(const Planes& coarse, Planes& fine, double reach,
                     for (int k = 0; k < 4; ++k) {
                         const long at = from.at(first - 2 + upper + k, j);
                         p.coarse_z[k] = &from.z[at];
-                        for (int o = 0; o < orders; ++o)
-                            p.from[o][k] = coarse.plane(true, o, c) + at;
+                        for (int o = 0; o < orders; ++o) p.from[o][k] = coarse.plane(o, c) + at;
                     }
                     for (int o = 0; o < orders; ++o) p.to[o] = halves.half(o, upper);
                     loops.prolong_row(p);
                 }
                 for (int o = 0; o < orders; ++o)
                     loops.join(halves.half(o, 0), halves.half(o, 1), pairs,
-                               fine.plane(true, o, c) + target);
+                               fine.plane(o, c) + target);
             }
         }
     });
 }
 
-void LevelSum::sum_level(std::size_t l, Planes& planes, const Executor& executor,
+// Adds what the nodes of one sheet give those of another, or their own.
+void LevelSum::sum_level(int l, const Planes& sources, const LevelSheet& from, Planes& sums,
+                         const LevelSheet& to, const Executor& executor,
                          const std::stop_token& stop) const {
-    const Level& level = level_[l];
-    const LevelGrid& grid = level.grid;
-    const int m = grid.margin;
+    const LevelGrid& grid = to.levels[l];
+    const std::vector<kernels::LevelOffset>& offsets = kernels_[l].offsets;
+    const int m = grid.margin, reach = offsets.back().dy;
     parallel_rows(executor, grid.height + 2 * m, stop, [&](RowRange range) {
-        for (int j = range.begin - m; j < range.end - m; ++j) {
-            kernels::LevelRows rows;
-            rows.z = grid.z.data() + grid.at(-m, j);
-            rows.pitch = grid.pitch;
-            rows.columns = grid.width + 2 * m;
-            for (int o = 0; o < (planes.is_expanded ? orders : 1); ++o)
-                for (int c = 0; c < channels_; ++c) {
-                    rows.sources[o][c] = planes.plane(false, o, c) + grid.at(-m, j);
-                    rows.sums[o][c] = planes.plane(true, o, c) + grid.at(-m, j);
-                }
-            // Offsets go by rows: those that lead beyond the nodes are at either end.
-            const auto begin =
-                std::partition_point(level.offsets.begin(), level.offsets.end(),
-                                     [&](const kernels::LevelOffset& o) { return o.dy < -m - j; });
-            const auto end = std::partition_point(
-                begin, level.offsets.end(),
-                [&](const kernels::LevelOffset& o) { return j + o.dy < grid.height + m; });
-            loops_of(simd_).sum(rows, level.offsets.data() + (begin - level.offsets.begin()),
-                                int(end - begin), channels_, planes.is_expanded);
-        }
+        for (int j = range.begin - m; j < range.end - m; ++j)
+            for (int dy = std::max(-reach, -m - j); dy <= std::min(reach, grid.height + m - 1 - j);
+                 ++dy) {
+                const LevelSheet::Columns at = to.active(l, j), of = from.active(l, j + dy);
+                const int first = std::max(at.first, of.first - reach);
+                const int last = std::min(at.last, of.last + reach);
+                if (first > last) continue;
+                kernels::LevelRows rows;
+                rows.z = &grid.z[grid.at(first, j)];
+                rows.source_z = &from.levels[l].z[grid.at(first, j)];
+                rows.pitch = grid.pitch;
+                rows.columns = last - first + 1;
+                for (int o = 0; o < (sums.is_expanded ? orders : 1); ++o)
+                    for (int c = 0; c < channels_; ++c) {
+                        rows.sources[o][c] = sources.plane(o, c) + grid.at(first, j);
+                        rows.sums[o][c] = sums.plane(o, c) + grid.at(first, j);
+                    }
+                const auto begin =
+                    std::partition_point(offsets.begin(), offsets.end(),
+                                         [&](const kernels::LevelOffset& o) { return o.dy < dy; });
+                const auto end =
+                    std::partition_point(begin, offsets.end(),
+                                         [&](const kernels::LevelOffset& o) { return o.dy == dy; });
+                loops_of(simd_).sum(rows, &*begin, int(end - begin), channels_, sums.is_expanded);
+            }
     });
 }
 
-// Planes of all grids, kept from sum to sum: what they hold beyond their nodes stays 0.
+// Planes of all grids, kept from sum to sum: what those of sources hold beyond their nodes stays 0.
+// Sheets have grids of one size, and are summed for one after the other.
 struct LevelSum::Workspace {
-    std::vector<Planes> levels, between;
+    std::vector<std::vector<Planes>> sources;  // [sheet][level]
+    std::vector<Planes> sums, sources_between, sums_between;
     explicit Workspace(const LevelSum& sum) {
-        for (int l = 0; l < sum.levels_; ++l)
-            levels.emplace_back(sum.level_[l].grid, sum.channels_, l > 0);
-        for (const LevelGrid& grid : sum.between_) between.emplace_back(grid, sum.channels_, true);
+        const auto planes_of = [&](const std::vector<LevelGrid>& grids, bool has_texels) {
+            std::vector<Planes> planes;
+            planes.reserve(grids.size());
+            for (const LevelGrid& grid : grids)
+                planes.emplace_back(grid, sum.channels_, !has_texels || &grid != &grids[0]);
+            return planes;
+        };
+        const LevelSheet& first = sum.sheets_[0];
+        for (const LevelSheet& sheet : sum.sheets_)
+            sources.push_back(planes_of(sheet.levels, true));
+        sums = planes_of(first.levels, true);
+        sources_between = planes_of(first.between, false);
+        sums_between = planes_of(first.between, false);
     }
 };
 
@@ -383,39 +299,60 @@ std::unique_ptr<LevelSum::Workspace> LevelSum::take_workspace() const {
     return spare_ ? std::move(spare_) : std::make_unique<Workspace>(*this);
 }
 
+void LevelSum::set_flux(const LevelGrid& texels, const Image& flux, Planes& planes,
+                        const Executor& executor, const std::stop_token& stop) const {
+    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < flux.width; ++i) {
+                if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
+                for (int c = 0; c < channels_; ++c)
+                    planes.plane(0, c)[texels.at(i, j)] = flux.at(i, j, c);
+            }
+    });
+}
+
+void LevelSum::take_sums(const LevelGrid& texels, const Planes& planes, Image& out,
+                         const Executor& executor, const std::stop_token& stop) const {
+    parallel_rows(executor, out.height, stop, [&](RowRange rows) {
+        for (int j = rows.begin; j < rows.end; ++j)
+            for (int i = 0; i < out.width; ++i) {
+                if (texels.present[std::size_t(j) * out.width + i] == 0) continue;
+                for (int c = 0; c < channels_; ++c)
+                    out.at(i, j, c) = planes.plane(0, c)[texels.at(i, j)];
+            }
+    });
+}
+
 Image LevelSum::sum(const Image& flux, const Executor& executor,
                     const std::stop_token& stop) const {
     std::unique_ptr<Workspace> workspace = take_workspace();
-    std::vector<Planes>&levels = workspace->levels, &between = workspace->between;
-    levels.back().clear_sums();
-    const LevelGrid& texels = level_[0].grid;
-    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
-        for (int j = rows.begin; j < rows.end; ++j)
-            for (int i = 0; i < flux.width; ++i) {
-                if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
-                for (int c = 0; c < channels_; ++c)
-                    levels[0].plane(false, 0, c)[texels.at(i, j)] = flux.at(i, j, c);
-            }
-    });
-    for (int l = 0; l + 1 < levels_; ++l) {
-        halve_rows(levels[l], between[l], reach_of(l + 1), executor, stop);
-        halve_columns(between[l], levels[l + 1], reach_of(l + 1), executor, stop);
-    }
-    for (int l = levels_ - 1; l >= 0; --l) {
-        if (l >= settings_.first_level) sum_level(std::size_t(l), levels[l], executor, stop);
-        if (l == 0) break;
-        refine_columns(levels[l], between[l - 1], reach_of(l), executor, stop);
-        refine_rows(between[l - 1], levels[l - 1], reach_of(l), executor, stop);
+    Workspace& planes = *workspace;
+    for (std::size_t k = 0; k < sheets_.size(); ++k) {
+        const LevelSheet& sheet = sheets_[k];
+        std::vector<Planes>& sources = planes.sources[k];
+        set_flux(sheet.levels[0], flux, sources[0], executor, stop);
+        for (int l = 0; l + 1 < levels_; ++l) {
+            halve_rows(sources[l], sheet.levels[l], planes.sources_between[l], sheet.between[l],
+                       reach_of(l + 1), executor, stop);
+            halve_columns(planes.sources_between[l], sheet.between[l], sources[l + 1],
+                          sheet.levels[l + 1], reach_of(l + 1), executor, stop);
+        }
     }
     Image out(flux.width, flux.height, channels_);
-    parallel_rows(executor, flux.height, stop, [&](RowRange rows) {
-        for (int j = rows.begin; j < rows.end; ++j)
-            for (int i = 0; i < flux.width; ++i) {
-                if (texels.present[std::size_t(j) * flux.width + i] == 0) continue;
-                for (int c = 0; c < channels_; ++c)
-                    out.at(i, j, c) = levels[0].plane(true, 0, c)[texels.at(i, j)];
-            }
-    });
+    for (const LevelSheet& sheet : sheets_) {
+        planes.sums.back().clear();
+        for (int l = levels_ - 1; l >= 0; --l) {
+            for (std::size_t from = 0; from < sheets_.size() && l >= settings_.first_level; ++from)
+                sum_level(l, planes.sources[from][l], sheets_[from], planes.sums[l], sheet,
+                          executor, stop);
+            if (l == 0) break;
+            refine_columns(planes.sums[l], sheet.levels[l], planes.sums_between[l - 1],
+                           sheet.between[l - 1], reach_of(l), executor, stop);
+            refine_rows(planes.sums_between[l - 1], sheet.between[l - 1], planes.sums[l - 1],
+                        sheet.levels[l - 1], reach_of(l), executor, stop);
+        }
+        take_sums(sheet.levels[0], planes.sums[0], out, executor, stop);
+    }
     const std::scoped_lock lock(mutex_);
     spare_ = std::move(workspace);
     return out;
@@ -423,14 +360,23 @@ Image LevelSum::sum(const Image& flux, const Executor& executor,
 
 std::uint64_t LevelSum::bytes() const {
     std::uint64_t sum = 0;
-    const auto of_grid = [](const LevelGrid& grid) {
-        return (grid.z.size() + grid.present.size()) * sizeof(float);
-    };
-    for (const Level& level : level_)
-        sum += of_grid(level.grid) + level.pieces.size() * sizeof(float) +
-               level.offsets.size() * sizeof(kernels::LevelOffset);
-    for (const LevelGrid& grid : between_) sum += of_grid(grid);
-    return sum;
+    for (const LevelKernel& kernel : kernels_)
+        sum += kernel.pieces.size() * sizeof(float) +
+               kernel.offsets.size() * sizeof(kernels::LevelOffset);
+    // A workspace: sources of every sheet, sums, and both between levels.
+    const std::uint64_t sheets = sheets_.size();
+    std::uint64_t planes = 0;
+    for (const LevelSheet& sheet : sheets_)
+        for (const std::vector<LevelGrid>* grids : {&sheet.levels, &sheet.between})
+            for (const LevelGrid& grid : *grids)
+                sum += (grid.z.size() + grid.present.size()) * sizeof(float);
+    for (const LevelGrid& grid : sheets_[0].levels) {
+        const bool has_texels = &grid == &sheets_[0].levels[0];
+        planes += (sheets + 1) * grid.plane() * channels_ * (has_texels ? 1 : orders);
+    }
+    for (const LevelGrid& grid : sheets_[0].between)
+        planes += 2 * grid.plane() * channels_ * orders;
+    return sum + planes * sizeof(float);
 }
 
 }  // namespace relit

@@ -3,6 +3,7 @@
 // 1990; Hardy and others 2015, "Multilevel summation method for electrostatic force evaluation".
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/simd.h"
 #include "core/transport/level_grid.h"
+#include "core/transport/level_kernel.h"
 #include "core/transport/radial_kernel.h"
 #include "core/transport/transport_surface.h"
 
@@ -24,12 +26,14 @@ namespace relit {
 /// itself, the last one's is not cut. Flux is carried from grid to grid by cubics in the plane and by its
 /// moments in height, to second order; sums come back the same way. Error falls with the fourth power
 /// of the ratio; time grows with its square. Heights that leave their node's by more than 0.4 a_l, at
-/// cliffs, count as if they did not.
+/// cliffs, count as if they did not; a map can be taken apart at a height that most cliffs cross, into
+/// sheets with grids of their own.
 class LevelSum {
 public:
     struct Settings {
         double ratio = 5;
         int first_level = 0;  ///< finer nodes are gathered: for texels much smaller than the kernel
+        int sheets = 1;       ///< at most: the map taken apart at heights that most cliffs cross
     };
 
     /// @throws Error cancelled
@@ -42,37 +46,37 @@ public:
     /// As Transport::sum(), without what a texel's own area adds.
     [[nodiscard]] Image sum(const Image& flux, const Executor& executor,
                             const std::stop_token& stop) const;
+    /// What a sum needs besides its own result is kept for the next one, and counted.
     [[nodiscard]] std::uint64_t bytes() const;
     /// Share of what is carried from grid to grid whose heights differ by more than expansions reach,
     /// of the grids where it is largest: 0 but for cliffs.
     [[nodiscard]] double cliffs() const { return cliffs_; }
 
 private:
-    struct Level {
-        LevelGrid grid;
-        double softening = 0;  // a_l, texels
-        std::vector<float> pieces;
-        std::vector<kernels::LevelOffset> offsets;
-        explicit Level(LevelGrid g) : grid(std::move(g)) {}
-    };
     struct Planes;
     struct Workspace;
     class Halves;
 
-    void make_grids(const TransportSurface& surface, const std::stop_token& stop);
+    [[nodiscard]] double softening_of(int l) const { return std::ldexp(settings_.ratio, l); }
     [[nodiscard]] double reach_of(int l) const;
     void measure_cliffs(const Executor& executor, const std::stop_token& stop);
-    void make_tables(const RadialKernel& kernel, std::size_t level, double relief);
-    void halve_rows(const Planes& fine, Planes& coarse, double reach, const Executor& executor,
-                    const std::stop_token& stop) const;
-    void halve_columns(const Planes& fine, Planes& coarse, double reach, const Executor& executor,
+    void set_flux(const LevelGrid& texels, const Image& flux, Planes& planes,
+                  const Executor& executor, const std::stop_token& stop) const;
+    void take_sums(const LevelGrid& texels, const Planes& planes, Image& out,
+                   const Executor& executor, const std::stop_token& stop) const;
+    void halve_rows(const Planes& fine, const LevelGrid& from, Planes& coarse, const LevelGrid& to,
+                    double reach, const Executor& executor, const std::stop_token& stop) const;
+    void halve_columns(const Planes& fine, const LevelGrid& from, Planes& coarse,
+                       const LevelGrid& to, double reach, const Executor& executor,
                        const std::stop_token& stop) const;
-    void refine_columns(const Planes& coarse, Planes& fine, double reach, const Executor& executor,
+    void refine_columns(const Planes& coarse, const LevelGrid& from, Planes& fine,
+                        const LevelGrid& to, double reach, const Executor& executor,
                         const std::stop_token& stop) const;
-    void refine_rows(const Planes& coarse, Planes& fine, double reach, const Executor& executor,
-                     const std::stop_token& stop) const;
+    void refine_rows(const Planes& coarse, const LevelGrid& from, Planes& fine, const LevelGrid& to,
+                     double reach, const Executor& executor, const std::stop_token& stop) const;
     [[nodiscard]] std::unique_ptr<Workspace> take_workspace() const;
-    void sum_level(std::size_t level, Planes& planes, const Executor& executor,
+    void sum_level(int l, const Planes& sources, const LevelSheet& from, Planes& sums,
+                   const LevelSheet& to, const Executor& executor,
                    const std::stop_token& stop) const;
 
     Settings settings_;
@@ -82,8 +86,8 @@ private:
     double cliffs_ = 0;
     double core_ = 0;  // of the kernel, texels
     double cut_ = 0;   // texels: the kernel's range, or the surface's extent
-    std::vector<Level> level_;
-    std::vector<LevelGrid> between_;  // level l with its rows halved already
+    std::vector<LevelSheet> sheets_;
+    std::vector<LevelKernel> kernels_;  // by level
     mutable std::mutex mutex_;
     mutable std::unique_ptr<Workspace> spare_;  // of the last sum, for the next one
 };

@@ -29,16 +29,18 @@ struct Demands {
     double steepness;      // mean square of slopes that distances along the plane will do for
     double ratio;          // LevelSum's
     double nodes_to_core;  // of its first level
-    double cliffs;         // that it may have
+    double cliffs;         // that it may have as one sheet
+    int sheets;            // otherwise
+    double sheets_cliffs;  // and then
     float threshold;       // of the tree
 };
 
 Demands demands_of(TransportAccuracy accuracy) {
     switch (accuracy) {
         case TransportAccuracy::preview:
-            return {0.01, 3, 1.1, 0.05, 0.3f};
+            return {0.01, 3, 1.1, 0.005, 2, 0.1, 0.3f};
         case TransportAccuracy::final:
-            return {0.003, 4, 2.2, 0.001, 0.05f};
+            return {0.003, 4, 2.2, 0.001, 4, 0.006, 0.05f};
         case TransportAccuracy::exact:
             break;
     }
@@ -110,22 +112,23 @@ struct Transport::Parts {
         if (!spectrum && !levels) tree = std::make_unique<TexelTree>(*surface, stop, simd);
     }
 
-    // From as coarse a level as the kernel allows, else from the texels.
+    // As one sheet from as coarse a level as the kernel allows; else as several; else from the texels.
     void prepare_levels(const Demands& demands, const Executor& executor,
                         const std::stop_token& stop) {
         const double texels = kernel->core() / kernel->spacing() / demands.nodes_to_core;
         const double enough =
             std::min(surface->width(), surface->height()) / 32.0;  // nodes of a side
-        const double most = std::min(texels, enough);
-        const int coarsest = most >= 2 ? int(std::log2(most)) : 0;
-        for (const int first_level : {coarsest, 0}) {
-            levels = std::make_unique<LevelSum>(*surface, *kernel,
-                                                LevelSum::Settings{demands.ratio, first_level},
-                                                executor, stop, simd);
-            if (levels->cliffs() <= demands.cliffs) return;
-            levels.reset();
-            if (first_level == 0) return;
-        }
+        const double coarse = std::min(texels, enough);
+        const int coarsest = coarse >= 2 ? int(std::log2(coarse)) : 0;
+        const auto will_do = [&](int first_level, int sheets, double most) {
+            const LevelSum::Settings settings{demands.ratio, first_level, sheets};
+            levels = std::make_unique<LevelSum>(*surface, *kernel, settings, executor, stop, simd);
+            return levels->cliffs() <= most;
+        };
+        for (int first_level = coarsest; first_level >= 0; --first_level)
+            if (will_do(first_level, 1, demands.cliffs)) return;
+        if (will_do(0, demands.sheets, demands.sheets_cliffs)) return;
+        levels.reset();
     }
 };
 

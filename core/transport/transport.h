@@ -17,15 +17,16 @@
 namespace relit {
 
 enum class TransportAccuracy {
-    preview,  ///< while something is dragged
-    final,    ///< a relative RMS error of at most 0.5 % of the exact sum
-    exact,    ///< the tree with an opening threshold of 0.02 whatever it costs
+    /// While something is dragged: 0.2 to 2.5 % off (RMS, relative), beside cliffs 10 % and more.
+    preview,
+    final,  ///< a relative RMS error of at most 0.5 % of the exact sum
+    exact,  ///< the tree with an opening threshold of 0.02 whatever it costs
 };
 
 /// How a sum is made.
 enum class TransportPath {
     convolution,  ///< one 2D convolution by FFT: distances along the plane
-    levels,       ///< level by level on ever coarser grids
+    levels,       ///< level by level on ever coarser grids: LevelSum
     tree,         ///< octree over the samples
 };
 [[nodiscard]] std::string_view name_of(TransportPath path);

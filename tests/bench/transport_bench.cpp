@@ -217,8 +217,7 @@ BENCHMARK(transport_direct)
     ->Unit(benchmark::kMillisecond)
     ->Iterations(1)
     ->UseManualTime();
-BENCHMARK(transport_tree<200>)->Apply(settings);
-BENCHMARK(transport_tree<80>)->Apply(settings);
+BENCHMARK(transport_tree<100>)->Apply(settings);
 BENCHMARK(transport_tree<50>)->Apply(settings);
 BENCHMARK(transport_tree<20>)->Apply(settings);
 BENCHMARK(transport_levels<3>)->Apply(settings);

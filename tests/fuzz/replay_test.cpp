@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "core/base/sanitized.h"
 #include "tests/fuzz/targets.h"
 #include "tests/support/data.h"
 
@@ -78,10 +79,11 @@ protected:
         }
         ASSERT_GE(seeds_.size(), 3u);
     }
-    // Half a second each.
+    // Half a second each; some seconds with a sanitizer.
     [[nodiscard]] int rounds() const {
         const std::string_view name = GetParam().name;
-        return name == "http" ? 500 : name == "decode" || name == "render" ? 5000 : 10000;
+        const int all = name == "http" ? 500 : name == "decode" || name == "render" ? 5000 : 10000;
+        return sanitized ? all / 10 : all;
     }
     void run(const std::string& input) const {
         try {

@@ -41,6 +41,7 @@ inline TransportSurface surface_of(const HeightField& field, double relief) {
 /// Standard dipoles of a measured medium, red, green and blue.
 inline std::vector<RadialProfile> dipoles(const char* medium, double mm_per_width) {
     std::vector<RadialProfile> profiles;
+    profiles.reserve(3);
     for (int c = 0; c < 3; ++c)
         profiles.push_back(radial_profile(scatter::StandardDipole(
             channel(scatter::find_medium(medium)->medium, c, mm_per_width))));

@@ -22,7 +22,7 @@ RELIT_INLINE void sum_samples(const LevelRows& rows, const LevelOffset& offset) 
     if (channels > 1) more += 96;
     const Picked32 a2(more), b2(more + 32), c2(more + 64);
     for (int i = 0; i < rows.columns; i += lanes) {
-        const Floats dz = load(rows.z + i) - load(rows.z + i + away);
+        const Floats dz = load(rows.z + i) - load(rows.source_z + i + away);
         const Floats w = dz * dz + broadcast(offset.start);
         const Ints at = piece_of(offset, w);
         const auto add = [&](int c, const Picked32& a, const Picked32& b, const Picked32& cc)
@@ -51,7 +51,7 @@ RELIT_INLINE void sum_expansions(const LevelRows& rows, const LevelOffset& offse
         const float* q2 = rows.sources[2][channel] + away;
         float *s0 = rows.sums[0][channel], *s1 = rows.sums[1][channel], *s2 = rows.sums[2][channel];
         for (int i = 0; i < rows.columns; i += lanes) {
-            const Floats dz = load(rows.z + i) - load(rows.z + i + away);
+            const Floats dz = load(rows.z + i) - load(rows.source_z + i + away);
             const Floats squared = dz * dz;
             const Floats w = squared + broadcast(offset.start);
             const Ints at = piece_of(offset, w);

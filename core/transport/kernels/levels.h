@@ -25,8 +25,9 @@ struct LevelOffset {
 /// moments about the node's height (the first, half the second), of sums the value and its derivatives
 /// with respect to height (the first, the second).
 struct LevelRows {
-    const float* z = nullptr;  ///< of the row that is summed for
-    long pitch = 0;            ///< floats from row to row, in all planes
+    const float* z = nullptr;         ///< of the row that is summed for
+    const float* source_z = nullptr;  ///< of the sources' nodes at the same places
+    long pitch = 0;                   ///< floats from row to row, in all planes
     int columns = 0;
     const float* sources[3][max_channels]{};
     float* sums[3][max_channels]{};

@@ -24,7 +24,7 @@ TEST(MeasuredMedia, HaveNamesOfTheirOwnAndTitles) {
         EXPECT_FALSE(medium.source.empty()) << name;
         EXPECT_EQ(find_medium(name), &medium);
     }
-    EXPECT_EQ(names.size(), 20u);
+    EXPECT_EQ(names.size(), 22u);
     EXPECT_EQ(find_medium("Marble"), nullptr);
     EXPECT_EQ(find_medium(""), nullptr);
 }

@@ -103,6 +103,27 @@ TEST(LevelSum, TellsCliffsFromSlopes) {
     EXPECT_GT(cliffs_of(surface_of(64, 64, [](int i, int) { return i < 30 ? 0.0 : 0.4; })), 0.01);
 }
 
+// A block that stands on the ground.
+TEST(LevelSum, TakenApartAtCliffsIsTheDoubleSumBesideThemToo) {
+    const TransportSurface surface = surface_of(80, 64, [](int i, int j) {
+        return i > 20 && i < 50 && j > 15 && j < 40 ? 0.3 + 0.001 * i : 0.05 * std::sin(0.1 * j);
+    });
+    const RadialKernel kernel = kernel_for(surface, dipoles("marble", 40));
+    const Image flux = uneven_flux(surface);
+    const Image exact = direct_sums_of_cells(surface, kernel, flux);
+    const auto error = [&](int sheets) {
+        const LevelSum::Settings settings{.ratio = 4, .sheets = sheets};
+        return relative_error(level_sums(surface, kernel, flux, settings).values, exact.values);
+    };
+    EXPECT_GT(error(1).rms, 0.02);
+    EXPECT_LE(error(2).rms, 0.003);
+    EXPECT_LE(error(2).max, 0.02);
+    EXPECT_LE(error(3).rms, 0.003);
+    const Image portable = level_sums(surface, kernel, flux, {4, 0, 2}, Simd::portable);
+    for (const Simd simd : available_simd())
+        EXPECT_EQ(level_sums(surface, kernel, flux, {4, 0, 2}, simd).values, portable.values);
+}
+
 TEST(LevelSum, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
     const TransportSurface surface = surface_of(hills(61, 50), 0.1);
     const Image flux = uneven_flux(surface), grey = uneven_flux(surface, 1);

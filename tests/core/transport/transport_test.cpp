@@ -53,6 +53,11 @@ TransportSurface dome(int size, double edge) {
     });
 }
 
+TransportSurface noise(int size, double relief) {
+    Random random(9);
+    return surface_of(size, size, [&](int, int) { return relief * random(); });
+}
+
 TEST(Transport, OfAFinalPictureIsTheDoubleSumWithinHalfAPerCent) {
     const struct {
         const char* name;
@@ -63,7 +68,8 @@ TEST(Transport, OfAFinalPictureIsTheDoubleSumWithinHalfAPerCent) {
          TransportPath::convolution},
         {"hills", surface_of(hills(96, 96), 0.15), TransportPath::levels},
         {"other hills", surface_of(hills(96, 96, 2), 0.1), TransportPath::levels},
-        {"dome with an edge", dome(96, 0.15), TransportPath::tree},
+        {"dome with an edge", dome(96, 0.15), TransportPath::levels},
+        {"noise", noise(96, 0.3), TransportPath::tree},
     };
     for (const auto& c : cases)
         for (const char* medium : {"marble", "skin1"}) {
@@ -139,7 +145,8 @@ TEST(Transport, OfAnEvenHighlightOnAPlaneIsThatHighlight) {
                 flux.values[k] = 0.7f * surface.area.values[k];
             for (const TransportAccuracy accuracy : accuracies) {
                 const Image sums = found(surface, flux, kernel, accuracy).sums;
-                EXPECT_NEAR(sums.at(80, 80) * sigma * sigma / (2 * std::numbers::pi), 0.7, 0.02)
+                EXPECT_NEAR(sums.at(80, 80) * sigma * sigma / (2 * std::numbers::pi), 0.7,
+                            accuracy == TransportAccuracy::preview ? 0.03 : 0.01)
                     << "tilt " << tilt << ", sigma " << sigma << ", " << int(accuracy);
             }
         }
@@ -190,7 +197,8 @@ TEST(Transport, OfHighlightsIsTheSameByTreeAndConvolution) {
 }
 
 TEST(Transport, IsLinearInFlux) {
-    for (const TransportSurface& surface : {surface_of(hills(64, 48), 0.1), dome(64, 0.2)}) {
+    for (const TransportSurface& surface :
+         {surface_of(hills(64, 48), 0.1), dome(64, 0.2), noise(50, 0.3)}) {
         const RadialKernel kernel = kernel_for(surface, dipoles("marble", 20));
         Image one = uneven_flux(surface), other = one;
         for (int j = 0; j < other.height; ++j)
@@ -207,7 +215,8 @@ TEST(Transport, IsLinearInFlux) {
 
 TEST(Transport, OfNoFluxIsNothing) {
     const TransportSurface plane = surface_of(33, 20, [](int, int) { return 0.5; });
-    for (const TransportSurface& surface : {plane, surface_of(hills(33, 20), 0.2), dome(33, 0.4)}) {
+    for (const TransportSurface& surface :
+         {plane, surface_of(hills(33, 20), 0.2), dome(33, 0.4), noise(33, 0.3)}) {
         const RadialKernel kernel = kernel_for(surface, dipoles("marble", 20));
         const Image flux(surface.width(), surface.height(), 3);
         for (const TransportAccuracy accuracy : accuracies)
@@ -259,7 +268,8 @@ TEST(Transport, LeavesOutWhatIsMaskedOnEveryPath) {
     };
     const TransportSurface plane = surface_of(48, 40, [](int, int) { return 0.5; });
     for (const TransportSurface& surface :
-         {with_hole(plane), with_hole(surface_of(hills(48, 40), 0.2)), with_hole(dome(48, 0.4))}) {
+         {with_hole(plane), with_hole(surface_of(hills(48, 40), 0.2)), with_hole(dome(48, 0.4)),
+          with_hole(noise(48, 0.3))}) {
         const RadialKernel kernel = kernel_for(surface, dipoles("marble", 20));
         const Image flux(48, surface.height(), 3, 1e-4f);
         const Image exact = direct_sums(surface, flux, kernel);
@@ -276,7 +286,8 @@ TEST(Transport, LeavesOutWhatIsMaskedOnEveryPath) {
 }
 
 TEST(Transport, IsTheSameForAnyNumberOfThreads) {
-    for (const TransportSurface& surface : {surface_of(hills(61, 47), 0.1), dome(61, 0.2)}) {
+    for (const TransportSurface& surface :
+         {surface_of(hills(61, 47), 0.1), dome(61, 0.2), noise(45, 0.3)}) {
         const RadialKernel kernel = kernel_for(surface, dipoles("marble", 20));
         const Image flux = uneven_flux(surface);
         for (const TransportAccuracy accuracy : accuracies) {
@@ -289,7 +300,7 @@ TEST(Transport, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(Transport, IsGivenUpWhenItsRenderIsCancelled) {
-    const TransportSurface surface = dome(61, 0.2);
+    const TransportSurface surface = noise(61, 0.3);
     const RadialKernel kernel = kernel_for(surface, dipoles("marble", 20));
     std::stop_source source;
     source.request_stop();
@@ -307,7 +318,7 @@ TEST(Transport, SaysWhatItTakesInMemory) {
                 std::make_shared<RadialKernel>(kernel_for(surface, dipoles("marble", 20))),
                 accuracy, executor());
             EXPECT_GT(transport.bytes(), 10'000u);
-            EXPECT_LT(transport.bytes(), 10'000'000u);
+            EXPECT_LT(transport.bytes(), 20'000'000u);
         }
 }
 
