@@ -170,6 +170,15 @@ TEST(DirectionalSum, IsTheDoubleSumOverPartsOfCellsElsewhere) {
     }
 }
 
+TEST(DirectionalSum, IsCloserWhenAskedToBeExact) {
+    const Dipoles dipoles = dipoles_of("skin1", 25);
+    const Relief relief = relief_of(56, 48, bumps);
+    const Light light = lit(relief, {direction_from(100, 30)}, 1.3);
+    const Image exact = summed(relief, light, dipoles, TransportAccuracy::exact);
+    EXPECT_LT(error(relief, light, dipoles, exact, 12),
+              0.8 * error(relief, light, dipoles, summed(relief, light, dipoles), 12));
+}
+
 TEST(DirectionalSum, TakesNormalsFromABumpMapAndPlacesFromTheSurface) {
     const Dipoles dipoles = dipoles_of("marble", 25);
     Relief relief = relief_of(56, 48, bumps);
