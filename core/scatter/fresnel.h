@@ -65,11 +65,11 @@ struct Moments {
     double c2 = 0;
 };
 
-/// Polynomials of d'Eon and Irving 2011; within 0.5 % (C_1) and 1 % (C_2) for n and 1/n in
-/// [1.2, 2], 12 % off at 1.05.
+/// Polynomials of d'Eon and Irving 2011. C_1 is within 0.5 % for n and 1/n in [1.2, 2], C_2 within
+/// 1 % from 1.3 on and 2 % from 1.2 on; at 1.05 it is 12 % off.
 [[nodiscard]] Moments fitted_moments(double n);
 
-/// By quadrature, to 1e-9. @pre n > 0
+/// By quadrature, to 1e-8 of the values. @pre n > 0
 [[nodiscard]] Moments exact_moments(double n);
 
 /// The fits where they are good, quadrature elsewhere, 0 without a boundary.

@@ -67,25 +67,25 @@ Coefficients channel(const Medium& medium, int c, double scale) {
     return {scale * medium.sigma_a[c], scale * medium.sigma_s[c], medium.g[c], medium.eta};
 }
 
-Derived derived(const Coefficients& given) {
+Derived derived(const Coefficients& coefficients) {
     Derived d;
-    d.sigma_s_prime = given.sigma_s * (1 - given.g);
-    assert(given.sigma_a + d.sigma_s_prime > 0 && given.eta >= 1);
-    d.sigma_a = std::max(given.sigma_a, 1e-8 * (given.sigma_a + d.sigma_s_prime));
-    d.sigma_t = given.sigma_s + d.sigma_a;
+    d.sigma_s_prime = coefficients.sigma_s * (1 - coefficients.g);
+    assert(coefficients.sigma_a + d.sigma_s_prime > 0 && coefficients.eta >= 1);
+    d.sigma_a = std::max(coefficients.sigma_a, 1e-8 * (coefficients.sigma_a + d.sigma_s_prime));
+    d.sigma_t = coefficients.sigma_s + d.sigma_a;
     d.sigma_t_prime = d.sigma_s_prime + d.sigma_a;
     d.alpha_prime = d.sigma_s_prime / d.sigma_t_prime;
-    d.albedo = given.sigma_s / d.sigma_t;
+    d.albedo = coefficients.sigma_s / d.sigma_t;
     d.diffusion = 1 / (3 * d.sigma_t_prime);
     d.sigma_tr = std::sqrt(3 * d.sigma_a * d.sigma_t_prime);
     d.free_path = 1 / d.sigma_t_prime;
     d.z_r = d.free_path;
-    d.a_j = standard_boundary(given.eta);
-    d.a_m = moment_boundary(given.eta);
+    d.a_j = standard_boundary(coefficients.eta);
+    d.a_m = moment_boundary(coefficients.eta);
     d.z_v = d.z_r + 4 * d.a_j * d.diffusion;
-    d.fdr_int = diffuse_reflectance(given.eta);
-    d.fdt_ext = diffuse_transmittance(given.eta);
-    const Moments inside = moments(given.eta);
+    d.fdr_int = diffuse_reflectance(coefficients.eta);
+    d.fdt_ext = diffuse_transmittance(coefficients.eta);
+    const Moments inside = moments(coefficients.eta);
     d.c_phi = c_phi(inside);
     d.c_e = c_e(inside);
     d.c_phi_ext = d.fdt_ext / 4;
