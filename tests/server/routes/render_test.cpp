@@ -134,8 +134,8 @@ TEST_F(RenderRoute, PreviewsAreNotKeptByCaches) {
     EXPECT_EQ(reply.headers.at("Cache-Control"), "no-store");
     EXPECT_FALSE(reply.headers.contains("ETag"));
     EXPECT_EQ(reply.headers.at("Relit-Accuracy"), "preview; map=12x9");
-    const Reply below = post(
-        scene(R"("material": {"model": "dipole"}, "output": {"accuracy": "preview", "width": 12})"));
+    const Reply below = post(scene(
+        R"("material": {"model": "dipole"}, "output": {"accuracy": "preview", "width": 12})"));
     EXPECT_EQ(below.headers.at("Relit-Accuracy"), "preview; map=12x9; transport=coarse");
 }
 
