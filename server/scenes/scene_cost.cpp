@@ -17,6 +17,7 @@ constexpr double rays_per_step = 0.5;
 constexpr double transfer_samples = 12;
 // Carrying light below a surface, all colours together.
 constexpr double final_transport = 150, preview_transport = 10;
+constexpr double final_directional_transport = 1300;
 constexpr double usual_texels = 1 << 20;
 
 // A factor of the cost and the field it comes from.
@@ -86,10 +87,12 @@ Factor transport_of(const SceneDescription& scene) {
         layer == Layer::subsurface || (layer == Layer::beauty && m.bssrdf_weight > 0);
     const bool shines = (layer == Layer::highlight || layer == Layer::beauty) && is_carried;
     if (!shows_light_below(scene) || !m.is_translucent()) return {.times = 0, .field = {}};
+    const double exactly =
+        m.model == Model::directional_dipole ? final_directional_transport : final_transport;
     const bool preview = scene.output.picture.accuracy == Accuracy::preview;
-    return {
-        .times = (int(diffuses) + int(shines)) * (preview ? preview_transport : final_transport),
-        .field = "/material/model"};
+    return {.times = int(diffuses) * (preview ? preview_transport : exactly) +
+                     int(shines) * (preview ? preview_transport : final_transport),
+            .field = "/material/model"};
 }
 
 // A count is as dear as its steps are many; a march that solves for its crossings knows none.

@@ -61,6 +61,16 @@ TEST(SceneCost, KnowsWhichEnvironmentsHaveNoShortCut) {
     EXPECT_EQ(cost(sky + R"(, "radius": 3}, "output": {"accuracy": "preview"})"), 64.0 * 500'000);
 }
 
+TEST(SceneCost, CountsLightThatIsCarriedBelowTheSurfaceOfAllOfTheMap) {
+    const std::string dipole = R"("material": {"model": "dipole"})";
+    EXPECT_EQ(cost(dipole), 151.0 * 500'000);
+    EXPECT_EQ(heaviest(dipole), "/material/model");
+    EXPECT_EQ(cost(dipole + R"(, "output": {"region": [0, 0, 10, 10]})"), 151.0 * 500'000);
+    EXPECT_EQ(cost(dipole + R"(, "output": {"accuracy": "preview"})"), 11.0 * 500'000);
+    EXPECT_EQ(cost(R"("material": {"model": "dipole", "highlight": {"k": 1}})"), 301.0 * 500'000);
+    EXPECT_EQ(cost(R"("material": {"model": "directional-dipole"})"), 1301.0 * 500'000);
+}
+
 TEST(SceneCost, FollowsTheLayer) {
     const std::string lights = repeated(point, 9) + ", ";
     EXPECT_EQ(cost(lights + R"("output": {"layer": "illumination"})"), 500'000)
