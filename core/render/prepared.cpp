@@ -128,6 +128,13 @@ std::shared_ptr<const GatheredEnvironment> shared_environment_lights(const Envir
         make);
 }
 
+std::string medium_key(const Material& m) {
+    std::string key = key_of(m.mm_per_width, m.medium.eta);
+    for (int c = 0; c < 3; ++c)
+        key += key_of(m.medium.sigma_a[c], m.medium.sigma_s[c], m.medium.g[c]);
+    return key;
+}
+
 std::shared_ptr<const TransportSurface> prepared_surface(const Scene& scene,
                                                          const PreparedSolid& prepared,
                                                          const RenderControl& control) {
@@ -165,11 +172,9 @@ std::shared_ptr<const DirectionalSum> prepared_directional_sum(const Scene& scen
                                                                TransportAccuracy accuracy,
                                                                const RenderControl& control) {
     const Material& m = scene.material;
-    std::string key = key_of(
-        "directional-sum", m.mm_per_width, m.medium.eta, int(accuracy), int(control.simd),
-        scene.relief, scene.field->bump.empty() ? 0 : scene.bump_relief, scene.field->shape_key);
-    for (int c = 0; c < 3; ++c)
-        key += key_of(m.medium.sigma_a[c], m.medium.sigma_s[c], m.medium.g[c]);
+    const std::string key =
+        key_of("directional-sum", medium_key(m), int(accuracy), int(control.simd), scene.relief,
+               scene.field->bump.empty() ? 0 : scene.bump_relief, scene.field->shape_key);
     return shared<DirectionalSum>(control.cache, *scene.field, key, [&] {
         std::array<scatter::DirectionalDipole, 3> dipoles;
         for (int c = 0; c < 3; ++c)

@@ -54,6 +54,9 @@ struct PreparedSolid {
 [[nodiscard]] std::shared_ptr<const TransportSurface> prepared_surface(
     const Scene& scene, const PreparedSolid& prepared, const RenderControl& control);
 
+/// Names a material's medium and its size, numbers and all.
+[[nodiscard]] std::string medium_key(const Material& m);
+
 /// How light is carried below a surface: a profile per colour, in scene units.
 struct CarryingKernel {
     std::string name;  ///< names the profiles, numbers and all, for a cache

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "core/base/hemisphere.h"
-#include "core/render/film_light.h"
 #include "core/render/ray_tile.h"
 #include "core/render/scene_lights.h"
 #include "core/scatter/fresnel.h"
@@ -74,16 +72,16 @@ double mean_refracted_cosine(double eta) {
 class SurfaceLighting {
 public:
     SurfaceLighting(const Scene& scene, const Output& output, const PreparedSolid& prepared,
-                    SurfaceLightParts parts, const RenderControl& control)
+                    SurfaceLightParts parts, const FilmLight* film, const RenderControl& control)
         : scene_(scene),
           prepared_(prepared),
           parts_(parts),
           lights_(scene_lights(
               scene, output.transfer, environment_sampling(output), prepared.solid.y_size(),
               skies_of(matt_scene(scene), output, prepared, control), control.cache)),
-          diffuse_entry_(4 * scatter::c_phi(scatter::moments(1 / scene.material.medium.eta))),
-          diffuse_depth_(mean_refracted_cosine(scene.material.medium.eta)) {
-        if (scene.material.film) film_.emplace(*scene.material.film, scene.material.medium.eta);
+          diffuse_entry_(scatter::diffuse_transmittance(scene.material.medium.eta)),
+          diffuse_depth_(mean_refracted_cosine(scene.material.medium.eta)),
+          film_(film) {
         if (parts.highlight) lobe_tables_.resize(scene.lights.size());
         for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
             if (!lights_.skies[n]) continue;
@@ -140,9 +138,9 @@ private:
     const PreparedSolid& prepared_;
     const SurfaceLightParts parts_;
     const SceneLights lights_;
-    const double diffuse_entry_;  // F_dt of the medium
-    const double diffuse_depth_;  // of -w_12 . n of diffuse light
-    std::optional<FilmLight> film_;
+    const double diffuse_entry_;                                   // F_dt of the medium
+    const double diffuse_depth_;                                   // of -w_12 . n of diffuse light
+    const FilmLight* const film_;                                  // null: none
     std::vector<std::unique_ptr<const NormalTable>> lobe_tables_;  // of skies
     Rgb behind_skies_;  // B / pi that they send to a back
 };
@@ -283,7 +281,8 @@ void SurfaceLighting::add_diffuse_entering(int k, Rgb lit, SurfaceTile& tile) co
 // Skies without their suns: E / pi is what they know, and light from everywhere enters as diffuse
 // light does.
 void SurfaceLighting::add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const {
-    for (int k = 0; k < tile.starts.count; ++k) tile.entering_behind.add(k, behind_skies_);
+    for (int k = 0; k < tile.starts.count && has_back(); ++k)
+        tile.entering_behind.add(k, behind_skies_);
     for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
         if (!lights_.skies[n]) continue;
         const std::vector<Rgb> lit = lights_.skies[n]->diffuse(texels);
@@ -353,10 +352,11 @@ std::vector<TexelIndex> solid_texels(const HeightField& field, int column, int r
 }  // namespace
 
 SurfaceLight surface_light(const Scene& scene, const Output& output, const PreparedSolid& prepared,
-                           SurfaceLightParts parts, const RenderControl& control) {
+                           SurfaceLightParts parts, const FilmLight* film,
+                           const RenderControl& control) {
     assert(scene.material.illumination != Illumination::count);
     const HeightField& field = *scene.field;
-    const SurfaceLighting lighting(scene, output, prepared, parts, control);
+    const SurfaceLighting lighting(scene, output, prepared, parts, film, control);
     const auto image = [&](bool is_wanted) {
         return is_wanted ? Image(field.width(), field.height(), 3) : Image();
     };

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/render/film_light.h"
 #include "core/render/output.h"
 #include "core/render/prepared.h"
 
@@ -39,10 +40,11 @@ struct SurfaceLight {
     int coarse_directions = 0;  ///< as SkyLight::coarse_directions(), the fewest of all lights
 };
 
+/// @param film  the material's; null: it has none, or nothing that enters or is reflected is asked for
 /// @pre not Illumination::count
 /// @throws Error cancelled
 [[nodiscard]] SurfaceLight surface_light(const Scene& scene, const Output& output,
                                          const PreparedSolid& prepared, SurfaceLightParts parts,
-                                         const RenderControl& control);
+                                         const FilmLight* film, const RenderControl& control);
 
 }  // namespace relit

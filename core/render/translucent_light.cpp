@@ -2,7 +2,7 @@
 
 #include <cassert>
 #include <numbers>
-#include <string>
+#include <optional>
 
 #include "core/base/key.h"
 #include "core/render/film_light.h"
@@ -43,12 +43,9 @@ RadialProfile diffusion_profile(const Material& m, int c) {
     }
 }
 
-// Everything that the profiles of a material are made of.
-std::string diffusion_name(const Material& m) {
-    std::string name = key_of("diffusion", int(m.model), m.mm_per_width, m.medium.eta);
-    for (int c = 0; c < 3; ++c)
-        name += key_of(m.medium.sigma_a[c], m.medium.sigma_s[c], m.medium.g[c]);
-    return name;
+std::optional<FilmLight> film_of(const Material& m) {
+    if (!m.film) return std::nullopt;
+    return FilmLight(*m.film, m.medium.eta);
 }
 
 // H_n = sigma^2 / (2 pi) H: as bright for any sigma where the surface is flat.
@@ -141,21 +138,21 @@ void add_through(const Scene& scene, const PreparedSolid& prepared, const Image&
 
 // L_o: what leaves towards the viewer, all of M_o spread by T(cos_o) (translucency, section 2.1).
 Image subsurface(const Scene& scene, const Output& output, const PreparedSolid& prepared,
-                 SurfaceLight& light, const RenderControl& control) {
+                 SurfaceLight& light, const std::optional<FilmLight>& film,
+                 const RenderControl& control) {
     const Material& m = scene.material;
     Image leaving = knows_directions(m)
                         ? carried_by_directions(scene, output, prepared, light, control)
                         : carried(scene, output, prepared, std::move(light.entering),
-                                  {.name = diffusion_name(m),
+                                  {.name = key_of("diffusion", int(m.model), medium_key(m)),
                                    .profile = [&](int c) { return diffusion_profile(m, c); }},
                                   control);
     add_through(scene, prepared, light.entering_behind, control, leaving);
     const double eta = m.medium.eta;
-    const double all = 4 * scatter::c_phi(scatter::moments(1 / eta));  // F_dt
-    if (m.film) {
-        const FilmLight film(*m.film, eta);
+    const double all = scatter::diffuse_transmittance(eta);
+    if (film) {
         multiply_by_view(leaving, prepared, control,
-                         [&](double cosine) { return (1 / all) * film.leaving(cosine); });
+                         [&](double cosine) { return (1 / all) * film->leaving(cosine); });
     } else {
         multiply_by_view(leaving, prepared, control, [&](double cosine) {
             const double share = scatter::transmittance(cosine, eta) / all;
@@ -190,19 +187,21 @@ void add(Image& sum, const Image& other, double weight) {
 TranslucentLight beauty_light(const Scene& scene, const Output& output,
                               const PreparedSolid& prepared, const RenderControl& control) {
     const Material& m = scene.material;
+    const std::optional<FilmLight> film = film_of(m);
     SurfaceLight light = surface_light(scene, output, prepared,
                                        {.entering = m.bssrdf_weight > 0,
                                         .highlight = has_highlight(m),
                                         .reflected = m.film.has_value(),
                                         .inward = knows_directions(m)},
-                                       control);
+                                       film ? &*film : nullptr, control);
     const bool carries = m.bssrdf_weight > 0 || (has_highlight(m) && is_carried(m.highlight));
     TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
                             .coarse_directions = light.coarse_directions};
     result.matt = std::move(light.irradiance);
     for (float& v : result.matt.values) v *= float(m.diffuse_weight);
     if (m.bssrdf_weight > 0)
-        add(result.matt, subsurface(scene, output, prepared, light, control), m.bssrdf_weight);
+        add(result.matt, subsurface(scene, output, prepared, light, film, control),
+            m.bssrdf_weight);
     result.sheen = std::move(light.reflected);
     if (!has_highlight(m)) return result;
     Image shine = highlight(scene, output, prepared, std::move(light.highlight), control);
@@ -215,15 +214,16 @@ TranslucentLight layer_light(const Scene& scene, const Output& output,
                              const PreparedSolid& prepared, const RenderControl& control) {
     const bool enters = output.layer == Layer::subsurface;
     const bool shines = output.layer == Layer::highlight;
+    const std::optional<FilmLight> film = enters ? film_of(scene.material) : std::nullopt;
     SurfaceLight light = surface_light(scene, output, prepared,
                                        {.entering = enters,
                                         .highlight = shines,
                                         .inward = enters && knows_directions(scene.material)},
-                                       control);
+                                       film ? &*film : nullptr, control);
     const bool carries = enters || (shines && is_carried(scene.material.highlight));
     TranslucentLight result{.is_coarse = carries && output.accuracy == Accuracy::preview,
                             .coarse_directions = light.coarse_directions};
-    if (enters) result.layer = subsurface(scene, output, prepared, light, control);
+    if (enters) result.layer = subsurface(scene, output, prepared, light, film, control);
     else if (shines)
         result.layer = highlight(scene, output, prepared, std::move(light.highlight), control);
     else result.layer = std::move(light.irradiance);
