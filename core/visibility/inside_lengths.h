@@ -47,8 +47,9 @@ public:
 
     /// r of every ray as inside_length() defines it, into `r`.
     ///
-    /// As exact as floats are (d within 1e-5), but for ways in and out between two rows of the grid
-    /// far from the start, of which a few are missed on rough maps. A ray's r is the same to
+    /// As exact as floats are over the first 8 texels of the way. Farther away, where d hardly
+    /// depends on it, a way in or out is told to a tenth of a texel: d then has a PSNR of 76 dB and
+    /// more on hills and 46 on white noise, with single texels at cliffs off by more. A ray's r is the same to
     /// the last bit whatever other rays are asked for, in any order, with any Simd. Fastest for
     /// rays that start in a tile of 16 x 16 texels. Allocates nothing; safe from any thread.
     /// @pre from.size() == r.size()

@@ -1,8 +1,10 @@
 // The march of a packet, from row to row: see packet.h. Sources: Amanatides and Woo 1987 for the walk,
 // here row by row for a whole packet.
 //
-// A step from row to row counts whole when both its ends lie inside, not at all when neither does;
-// the others are solved for exactly, as in inside_length.cpp.
+// Near its start a step from row to row counts whole when both its ends lie inside, not at all when
+// neither does; the others are solved for exactly, as in inside_length.cpp. Far from it a part of a
+// step changes d little (by t / r^2 of it): there the surface is taken for straight from row to row,
+// wherever that cannot be wrong by more than a small share of the step.
 #pragma once
 
 #include "core/visibility/kernels/packet.h"
@@ -13,11 +15,17 @@ namespace {
 struct Sums {
     Floats whole = broadcast(0.0f);  // steps that lie inside
     Floats parts = broadcast(0.0f);  // of others
+    // Of far ones, in quanta: their sum is the same in whatever order.
+    Floats shares = broadcast(0.0f);
     OpenSteps open;
+
+    RELIT_INLINE Floats total() const { return (whole + shares) + parts; }
 };
 
-// So many steps of each ray are looked at more closely: here a short way in or out changes d most.
-constexpr float careful_steps = 16;
+// A ray is near its start on stretches that begin within so many steps of it.
+constexpr float near_steps = 8;
+// Share of a step that it may be told wrong by farther away.
+constexpr float rough_share = 0.1f;
 
 // Where the rays of a stretch cross its rows.
 struct Crossings {
@@ -105,63 +113,104 @@ RELIT_INLINE unsigned tell_steps(const Packet& p, const Stretch& s, const Crossi
     return open;
 }
 
-// The same for the lanes of one step, as well as the cells that they cross can tell.
-// @param careful  some lane is near its start
+// The same for the unclear lanes of step k, as well as the cells that they cross can tell.
 template <bool masked, bool whole_way, class Row>
-RELIT_INLINE void look_closer(const Packet& p, const Rows& rows, Floats n, int k, bool careful,
-                              Mask unclear, const Crossings& c, Sums& sums) {
+RELIT_INLINE void look_closer(const Packet& p, const Rows& rows, const Stretch& s, int k,
+                              const Mask (&unclear)[near_rows], const Crossings& c, Sums& sums) {
+    const Floats n = s.n + broadcast(float(k));
     const Floats zero = broadcast(0.0f), quarter_slide = broadcast(0.25f) * p.slide;
     const Row upper(rows[k]), lower(rows[k + 1]);
     // Within a cell the surface leaves the straight line by a parabola, where a column is
     // crossed by a kink; both reach this far.
     const Floats bulge = quarter_slide * (c.across[k] - c.across[k + 1]);
-    Floats low = min(c.excess[k], c.excess[k + 1]) + min(bulge, zero);
-    Floats high = max(c.excess[k], c.excess[k + 1]) + max(bulge, zero);
-    if (careful) {
-        // The parabolas on both sides of a kink.
-        const auto slope = [&](const Row& row, Ints at) {
-            return row(at + broadcast(1)) - row(at);
-        };
-        const Floats twist = magnitude(slope(lower, c.place[k]) - c.across[k]) +
-                             magnitude(slope(upper, c.place[k + 1]) - c.across[k + 1]);
-        const Mask counts = (n < broadcast(careful_steps)) & ~(c.columns[k] == c.columns[k + 1]);
-        const Floats more = select(counts, magnitude(quarter_slide) * twist, zero);
-        low = low - more;
-        high = high + more;
-    }
+    // The parabolas on both sides of a kink.
+    const auto slope = [&](const Row& row, Ints at) { return row(at + broadcast(1)) - row(at); };
+    const Floats twist = magnitude(slope(lower, c.place[k]) - c.across[k]) +
+                         magnitude(slope(upper, c.place[k + 1]) - c.across[k + 1]);
+    const Mask is_kinked = ~(c.columns[k] == c.columns[k + 1]);
+    const Floats more = select(is_kinked, magnitude(quarter_slide) * twist, zero);
+    const Floats low = min(c.excess[k], c.excess[k + 1]) + min(bulge, zero) - more;
+    const Floats high = max(c.excess[k], c.excess[k + 1]) + max(bulge, zero) + more;
     Verdict v = verdict<masked>(c, k, low, high);
-    v.is_whole = v.is_whole & unclear;
-    v.is_open = v.is_open & unclear;
-    add_whole<whole_way>(p, n, unclear, v, sums);
+    v.is_whole = v.is_whole & unclear[k];
+    v.is_open = v.is_open & unclear[k];
+    add_whole<whole_way>(p, n, unclear[k], v, sums);
     if (!any(v.is_open)) return;
     if (any(v.is_open & sums.open.any)) sums.open.template solve<masked>(p, sums.parts);
     sums.open.add(v.is_open, n, c.columns[k], c.place[k], c.columns[k + 1], c.place[k + 1], upper,
                   lower);
 }
 
+// Lanes of a stretch that are far from their starts, and do not end there within a step: the same
+// ones in any company.
+RELIT_INLINE Mask lanes_afar(const Packet& p, const Stretch& s) {
+    const Mask ends_in_step =
+        (p.last_whole < p.last) & (p.last < s.n + broadcast(float(near_rows)));
+    return s.relevant & (broadcast(near_steps) <= s.n) & ~ends_in_step;
+}
+
+// Adds the shares of far lanes' steps that lie inside.
+// @param whole_way  all lanes are far, and none ends
+// @return as tell_steps()
+template <bool masked, bool whole_way>
+RELIT_INLINE unsigned tell_steps_afar(const Packet& p, const Stretch& s, Mask afar,
+                                      const Crossings& c, Sums& sums, Mask (&unclear)[near_rows]) {
+    const Floats zero = broadcast(0.0f);
+    // Adding this to a share and taking it away again leaves quanta of 1 / 512.
+    const Floats to_quanta = broadcast(24576.0f);
+    const Floats reach = magnitude(p.slide) * broadcast(0.25f / rough_share);
+    unsigned open = 0;
+    for (int k = 0; k < s.steps; ++k) {
+        const Floats inside = max(c.excess[k], zero) + max(c.excess[k + 1], zero);
+        const Floats all = (inside + inside) - (c.excess[k] + c.excess[k + 1]);
+        const Floats share = (inside / max(all, broadcast(1e-30f)) + to_quanta) - to_quanta;
+        Mask is_open = all < reach * magnitude(c.across[k] - c.across[k + 1]);
+        Mask counts = all_lanes;
+        if constexpr (!whole_way) counts = afar & (s.n + broadcast(float(k)) <= p.last);
+        if constexpr (masked) {
+            const Mask solid = c.solid[k] & c.solid[k + 1];
+            is_open = (is_open | ~solid) & (c.material[k] | c.material[k + 1]);
+            counts = counts & solid;
+        }
+        if constexpr (!whole_way) is_open = is_open & afar & (s.n + broadcast(float(k)) <= p.last);
+        sums.shares = select(counts & ~is_open, sums.shares + share, sums.shares);
+        unclear[k] = is_open;
+        open |= unsigned(any(is_open)) << k;
+    }
+    return open;
+}
+
 // Steps are solved for wherever the way begins, ends, or may cross the surface or a mask's edge.
 template <bool masked, bool whole_way, class Row>
-RELIT_INLINE void march_steps(const Packet& p, const Grid& grid, const Stretch& s, Sums& sums) {
+RELIT_INLINE void march_steps(const Packet& p, const Grid& grid, Stretch s, Mask afar, Sums& sums) {
     const Rows rows{grid.z + long(s.row) * grid.pitch + s.left, long(p.sign) * grid.pitch};
     Crossings crossings;
     cross_rows<masked, Row>(p, rows, s, crossings);
     Mask unclear[near_rows];
-    unsigned open = tell_steps<masked, whole_way>(p, s, crossings, sums, unclear);
-    const bool careful = open != 0 && any(s.relevant & (s.n < broadcast(careful_steps)));
-    for (; open != 0; open &= open - 1) {
-        const int k = __builtin_ctz(open);
-        look_closer<masked, whole_way, Row>(p, rows, s.n + broadcast(float(k)), k, careful,
-                                            unclear[k], crossings, sums);
+    if (any(afar)) {
+        unsigned open = tell_steps_afar<masked, whole_way>(p, s, afar, crossings, sums, unclear);
+        for (; open != 0; open &= open - 1)
+            look_closer<masked, true, Row>(p, rows, s, __builtin_ctz(open), unclear, crossings,
+                                           sums);
+        s.relevant = s.relevant & ~afar;
+        if (whole_way || !any(s.relevant)) return;
     }
+    unsigned open = tell_steps<masked, whole_way>(p, s, crossings, sums, unclear);
+    for (; open != 0; open &= open - 1)
+        look_closer<masked, whole_way, Row>(p, rows, s, __builtin_ctz(open), unclear, crossings,
+                                            sums);
 }
 
+// @param afar       lanes_afar()
 // @param whole_way  no lane begins or ends on the stretch
 template <bool masked>
-RELIT_INLINE void march_stretch(const Packet& p, const Grid& grid, const Stretch& s, bool whole_way,
-                                Sums& sums) {
-    if (s.right - s.left + 2 > window_size) march_steps<masked, false, Gather>(p, grid, s, sums);
-    else if (whole_way) march_steps<masked, true, Window>(p, grid, s, sums);
-    else march_steps<masked, false, Window>(p, grid, s, sums);
+RELIT_INLINE void march_stretch(const Packet& p, const Grid& grid, const Stretch& s, Mask afar,
+                                bool whole_way, Sums& sums) {
+    const bool same_way = whole_way && (all(afar) || !any(afar));
+    if (s.right - s.left + 2 > window_size)
+        march_steps<masked, false, Gather>(p, grid, s, afar, sums);
+    else if (same_way) march_steps<masked, true, Window>(p, grid, s, afar, sums);
+    else march_steps<masked, false, Window>(p, grid, s, afar, sums);
 }
 
 // Steps of each lane that lie inside.
@@ -196,12 +245,12 @@ RELIT_INLINE Floats steps_inside(const Packet& p, const Grid& grid, int first_ro
         if (!is_clear) {
             const float* bends = grid.bend + long(cell_row / near_rows) * grid.bounds_across;
             s.bend = widest_of(bends, s.left, s.right, near_columns);
-            march_stretch<masked>(p, grid, s, false, sums);
+            march_stretch<masked>(p, grid, s, lanes_afar(p, s), false, sums);
         }
         done += near;
     }
     sums.open.template solve<masked>(p, sums.parts);
-    return sums.whole + sums.parts;
+    return sums.total();
 }
 
 // The same for a packet whose derived numbers are still to be filled in.
