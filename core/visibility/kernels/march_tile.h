@@ -279,10 +279,8 @@ RELIT_INLINE Floats inner_steps_inside(const TileWay& way, Packet& p, const Hull
             if (hull.begun <= float(done) && hull.z.most(float(done + near)) < bounds.bottom) {
                 sums.whole = sums.whole + broadcast(float(near));
             } else {
-                const float* bends = grid.bend + long(cell_row / near_rows) * grid.bounds_across;
-                const float bend = widest_of(bends, left, right, near_columns);
-                const Stretch stretch{row,   near, broadcast(float(done)) - p.lag, all_lanes, left,
-                                      right, bend};
+                const Stretch stretch{row,       near, broadcast(float(done)) - p.lag,
+                                      all_lanes, left, right};
                 const bool is_begun = hull.begun <= float(done);
                 const Mask afar = float(done) < near_steps ? ~all_lanes : lanes_afar(p, stretch);
                 march_stretch<masked>(p, grid, stretch, afar, is_begun, sums);

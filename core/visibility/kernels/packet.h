@@ -123,23 +123,19 @@ struct OpenSteps {
     Mask any = ~all_lanes;
     Step step;  // of those; of the others whatever was there
 
-    // @param first, last  columns where the step begins and ends, and their places in the rows
-    template <class Row>
-    RELIT_INLINE void add(Mask more, Floats n, Floats first, Ints at_first, Floats last,
-                          Ints at_last, const Row& upper, const Row& lower) {
+    RELIT_INLINE void add(Mask more, const Step& other) {
         const auto keep = [&](Floats& kept, Floats a)
                               RELIT_INLINE_LAMBDA { kept = select(more, a, kept); };
-        const auto keep_cell = [&](Cell& cell, Floats column, Ints at) RELIT_INLINE_LAMBDA {
-            const Ints beside = at + broadcast(1);
-            keep(cell.column, column);
-            keep(cell.z00, upper(at));
-            keep(cell.z10, upper(beside));
-            keep(cell.z01, lower(at));
-            keep(cell.z11, lower(beside));
+        const auto keep_cell = [&](Cell& cell, const Cell& a) RELIT_INLINE_LAMBDA {
+            keep(cell.column, a.column);
+            keep(cell.z00, a.z00);
+            keep(cell.z10, a.z10);
+            keep(cell.z01, a.z01);
+            keep(cell.z11, a.z11);
         };
-        keep(step.n, n);
-        keep_cell(step.first, first, at_first);
-        keep_cell(step.last, last, at_last);
+        keep(step.n, other.n);
+        keep_cell(step.first, other.first);
+        keep_cell(step.last, other.last);
         any = any | more;
     }
     // Adds what lies inside to `parts`, and forgets them.
@@ -160,7 +156,6 @@ struct Stretch {
     Floats n;         // the first step's number per lane
     Mask relevant;    // lanes that have a part of their way there
     int left, right;  // columns of cells that they touch
-    float bend = 0;   // of those, see Grid; for what is marched
 };
 
 RELIT_INLINE Stretch stretch(const Packet& p, const Grid& grid, int row, int done, int steps) {
@@ -185,16 +180,14 @@ RELIT_INLINE Stretch stretch(const Packet& p, const Grid& grid, int row, int don
     return s;
 }
 
-RELIT_INLINE float widest(float a, float b) { return b > a ? b : a; }
 RELIT_INLINE Bounds widest(Bounds a, Bounds b) {
-    return {widest(a.top, b.top), b.bottom < a.bottom ? b.bottom : a.bottom};
+    return {b.top > a.top ? b.top : a.top, b.bottom < a.bottom ? b.bottom : a.bottom};
 }
 
 // What the table whose entries hold `columns` cells says of the cells of a stretch together.
-template <class Entry>
-RELIT_INLINE Entry widest_of(const Entry* table_row, int left, int right, int columns) {
+RELIT_INLINE Bounds widest_of(const Bounds* table_row, int left, int right, int columns) {
     const int first = left / near_rows, stride = columns / near_rows;
-    Entry entry = table_row[first];
+    Bounds entry = table_row[first];
     for (int next = first + stride; next * near_rows <= right; next += stride)
         entry = widest(entry, table_row[next]);
     return entry;

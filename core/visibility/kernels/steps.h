@@ -29,11 +29,11 @@ constexpr float rough_share = 0.1f;
 
 // Where the rays of a stretch cross its rows.
 struct Crossings {
-    Floats excess[near_rows + 1];  // of the surface over the ray
-    Floats across[near_rows + 1];  // slope of the surface along the row
-    Floats columns[near_rows + 1];
-    Ints place[near_rows + 1];  // of the columns, from the first one of the rows
-    Mask solid[near_rows + 1], material[near_rows + 1];
+    Floats excess[near_rows + 1];   // of the surface over the ray
+    Floats z0[near_rows + 1];       // of the row, to the left
+    Floats z1[near_rows + 1];       // and to the right
+    Floats columns[near_rows + 1];  // to the left
+    Ints place[near_rows + 1];      // of the columns, from the first one of the rows
 };
 
 // The grid's rows of a stretch, from its first column on.
@@ -43,7 +43,7 @@ struct Rows {
     RELIT_INLINE const float* operator[](int k) const { return first + k * pitch; }
 };
 
-template <bool masked, class Row>
+template <class Row>
 RELIT_INLINE void cross_rows(const Packet& p, const Rows& rows, const Stretch& s, Crossings& c) {
     const Ints base = p.column - broadcast(s.left);
     for (int k = 0; k <= s.steps; ++k) {
@@ -52,14 +52,30 @@ RELIT_INLINE void cross_rows(const Packet& p, const Rows& rows, const Stretch& s
         c.columns[k] = floor(x);
         const Row row(rows[k]);
         c.place[k] = row.place(to_ints(c.columns[k]) + base, s.right - s.left);
-        const Floats z0 = row(c.place[k]), z1 = row(c.place[k] + broadcast(1));
-        c.across[k] = z1 - z0;
-        c.excess[k] = (z0 + (x - c.columns[k]) * c.across[k]) - p.z_at(n);
-        if constexpr (masked) {
-            c.solid[k] = lowest_bit(z0) & lowest_bit(z1);
-            c.material[k] = lowest_bit(z0) | lowest_bit(z1);
-        }
+        c.z0[k] = row(c.place[k]);
+        c.z1[k] = row(c.place[k] + broadcast(1));
+        c.excess[k] = (c.z0[k] + (x - c.columns[k]) * (c.z1[k] - c.z0[k])) - p.z_at(n);
     }
+}
+
+// The cells that step k begins and ends in.
+template <class Row>
+RELIT_INLINE Step step_between(const Rows& rows, const Crossings& c, Floats n, int k) {
+    const Row upper(rows[k]), lower(rows[k + 1]);
+    const Ints first = c.place[k], last = c.place[k + 1], one = broadcast(1);
+    return {n,
+            {c.columns[k], c.z0[k], c.z1[k], lower(first), lower(first + one)},
+            {c.columns[k + 1], upper(last), upper(last + one), c.z0[k + 1], c.z1[k + 1]}};
+}
+
+// What of a mask's material lies around a step: all of it, or some.
+struct Cover {
+    Mask solid, material;
+};
+RELIT_INLINE Cover cover_of(const Crossings& c, int k) {
+    const auto bit = [](Floats z) RELIT_INLINE_LAMBDA { return lowest_bit(z); };
+    return {bit(c.z0[k]) & bit(c.z1[k]) & bit(c.z0[k + 1]) & bit(c.z1[k + 1]),
+            bit(c.z0[k]) | bit(c.z1[k]) | bit(c.z0[k + 1]) | bit(c.z1[k + 1])};
 }
 
 // What is told of a step: which lanes lie inside all along, and for which it has to be solved.
@@ -67,15 +83,29 @@ struct Verdict {
     Mask is_whole, is_open;
 };
 
-// @param low, high  bounds of the surface's excess on step k
+// As well as the cells that the lanes cross can tell.
 template <bool masked>
-RELIT_INLINE Verdict verdict(const Crossings& c, int k, Floats low, Floats high) {
-    const Floats zero = broadcast(0.0f);
+RELIT_INLINE Verdict verdict(const Packet& p, const Crossings& c, const Step& step, int k) {
+    const Floats zero = broadcast(0.0f), quarter_slide = broadcast(0.25f) * p.slide;
+    const auto across = [](Floats a, Floats b) RELIT_INLINE_LAMBDA { return b - a; };
+    const Floats first_upper = across(step.first.z00, step.first.z10);
+    const Floats first_lower = across(step.first.z01, step.first.z11);
+    const Floats last_upper = across(step.last.z00, step.last.z10);
+    const Floats last_lower = across(step.last.z01, step.last.z11);
+    // Within a cell the surface leaves the straight line by a parabola, where a column is
+    // crossed by a kink; both reach this far.
+    const Floats bulge = quarter_slide * (first_upper - last_lower);
+    // The parabolas on both sides of a kink.
+    const Floats twist = magnitude(first_lower - first_upper) + magnitude(last_upper - last_lower);
+    const Mask is_kinked = ~(step.first.column == step.last.column);
+    const Floats more = select(is_kinked, magnitude(quarter_slide) * twist, zero);
+    const Floats low = min(c.excess[k], c.excess[k + 1]) + min(bulge, zero) - more;
+    const Floats high = max(c.excess[k], c.excess[k + 1]) + max(bulge, zero) + more;
     const Mask touches_inside = zero < high, is_inside = zero < low;
     if constexpr (!masked) return {is_inside, touches_inside & ~is_inside};
-    const Mask is_whole = is_inside & c.solid[k] & c.solid[k + 1];
-    const Mask some_material = c.material[k] | c.material[k + 1];
-    return {is_whole, touches_inside & some_material & ~is_whole};
+    const Cover cover = cover_of(c, k);
+    const Mask is_whole = is_inside & cover.solid;
+    return {is_whole, touches_inside & cover.material & ~is_whole};
 }
 
 // Adds the lanes of step n that lie inside all along, and opens the ends of ways. What is left of the
@@ -93,52 +123,21 @@ RELIT_INLINE void add_whole(const Packet& p, Floats n, Mask active, Verdict& v, 
     sums.whole = select(v.is_whole, sums.whole + one, sums.whole);
 }
 
-// Tells what bounds of the whole stretch tell.
-// @return bit k: for some lane step k is not told; which, is in `unclear`
-template <bool masked, bool whole_way>
-RELIT_INLINE unsigned tell_steps(const Packet& p, const Stretch& s, const Crossings& c, Sums& sums,
-                                 Mask (&unclear)[near_rows]) {
+// Adds what lies inside of steps near the starts, all but those that have to be solved for.
+// @return bit k: step k has to be, for the lanes in `open`
+template <bool masked, bool whole_way, class Row>
+RELIT_INLINE unsigned tell_steps(const Packet& p, const Rows& rows, const Stretch& s,
+                                 const Crossings& c, Sums& sums, Mask (&open)[near_rows]) {
     const Floats zero = broadcast(0.0f);
-    // However the surface bends between two rows, it is no farther from what it is at their ends.
-    const Floats reach = magnitude(p.slide) * broadcast(0.25f * 5.01f * s.bend);
-    unsigned open = 0;
+    unsigned steps = 0;
     for (int k = 0; k < s.steps; ++k) {
         const Floats n = s.n + broadcast(float(k));
-        Verdict v = verdict<masked>(c, k, min(c.excess[k], c.excess[k + 1]) - reach,
-                                    max(c.excess[k], c.excess[k + 1]) + reach);
+        Verdict v = verdict<masked>(p, c, step_between<Row>(rows, c, n, k), k);
         add_whole<whole_way>(p, n, s.relevant & (zero <= n) & (n <= p.last), v, sums);
-        unclear[k] = v.is_open;
-        open |= unsigned(any(v.is_open)) << k;
+        open[k] = v.is_open;
+        steps |= unsigned(any(v.is_open)) << k;
     }
-    return open;
-}
-
-// The same for the unclear lanes of step k, as well as the cells that they cross can tell.
-template <bool masked, bool whole_way, class Row>
-RELIT_INLINE void look_closer(const Packet& p, const Rows& rows, const Stretch& s, int k,
-                              const Mask (&unclear)[near_rows], const Crossings& c, Sums& sums) {
-    const Floats n = s.n + broadcast(float(k));
-    const Floats zero = broadcast(0.0f), quarter_slide = broadcast(0.25f) * p.slide;
-    const Row upper(rows[k]), lower(rows[k + 1]);
-    // Within a cell the surface leaves the straight line by a parabola, where a column is
-    // crossed by a kink; both reach this far.
-    const Floats bulge = quarter_slide * (c.across[k] - c.across[k + 1]);
-    // The parabolas on both sides of a kink.
-    const auto slope = [&](const Row& row, Ints at) { return row(at + broadcast(1)) - row(at); };
-    const Floats twist = magnitude(slope(lower, c.place[k]) - c.across[k]) +
-                         magnitude(slope(upper, c.place[k + 1]) - c.across[k + 1]);
-    const Mask is_kinked = ~(c.columns[k] == c.columns[k + 1]);
-    const Floats more = select(is_kinked, magnitude(quarter_slide) * twist, zero);
-    const Floats low = min(c.excess[k], c.excess[k + 1]) + min(bulge, zero) - more;
-    const Floats high = max(c.excess[k], c.excess[k + 1]) + max(bulge, zero) + more;
-    Verdict v = verdict<masked>(c, k, low, high);
-    v.is_whole = v.is_whole & unclear[k];
-    v.is_open = v.is_open & unclear[k];
-    add_whole<whole_way>(p, n, unclear[k], v, sums);
-    if (!any(v.is_open)) return;
-    if (any(v.is_open & sums.open.any)) sums.open.template solve<masked>(p, sums.parts);
-    sums.open.add(v.is_open, n, c.columns[k], c.place[k], c.columns[k + 1], c.place[k + 1], upper,
-                  lower);
+    return steps;
 }
 
 // Lanes of a stretch that are far from their starts, and do not end there within a step: the same
@@ -149,35 +148,50 @@ RELIT_INLINE Mask lanes_afar(const Packet& p, const Stretch& s) {
     return s.relevant & (broadcast(near_steps) <= s.n) & ~ends_in_step;
 }
 
-// Adds the shares of far lanes' steps that lie inside.
+// The same far from the starts, by shares of steps.
 // @param whole_way  all lanes are far, and none ends
-// @return as tell_steps()
-template <bool masked, bool whole_way>
-RELIT_INLINE unsigned tell_steps_afar(const Packet& p, const Stretch& s, Mask afar,
-                                      const Crossings& c, Sums& sums, Mask (&unclear)[near_rows]) {
+template <bool masked, bool whole_way, class Row>
+RELIT_INLINE unsigned tell_steps_afar(const Packet& p, const Rows& rows, const Stretch& s,
+                                      Mask afar, const Crossings& c, Sums& sums,
+                                      Mask (&open)[near_rows]) {
     const Floats zero = broadcast(0.0f);
     // Adding this to a share and taking it away again leaves quanta of 1 / 512.
     const Floats to_quanta = broadcast(24576.0f);
     const Floats reach = magnitude(p.slide) * broadcast(0.25f / rough_share);
-    unsigned open = 0;
+    unsigned steps = 0;
     for (int k = 0; k < s.steps; ++k) {
+        const Floats n = s.n + broadcast(float(k));
         const Floats inside = max(c.excess[k], zero) + max(c.excess[k + 1], zero);
         const Floats all = (inside + inside) - (c.excess[k] + c.excess[k + 1]);
         const Floats share = (inside / max(all, broadcast(1e-30f)) + to_quanta) - to_quanta;
-        Mask is_open = all < reach * magnitude(c.across[k] - c.across[k + 1]);
+        const Floats bend = (c.z1[k] - c.z0[k]) - (c.z1[k + 1] - c.z0[k + 1]);
+        Mask is_rough = all < reach * magnitude(bend);
         Mask counts = all_lanes;
-        if constexpr (!whole_way) counts = afar & (s.n + broadcast(float(k)) <= p.last);
         if constexpr (masked) {
-            const Mask solid = c.solid[k] & c.solid[k + 1];
-            is_open = (is_open | ~solid) & (c.material[k] | c.material[k + 1]);
-            counts = counts & solid;
+            const Cover cover = cover_of(c, k);
+            is_rough = (is_rough | ~cover.solid) & cover.material;
+            counts = cover.solid;
         }
-        if constexpr (!whole_way) is_open = is_open & afar & (s.n + broadcast(float(k)) <= p.last);
-        sums.shares = select(counts & ~is_open, sums.shares + share, sums.shares);
-        unclear[k] = is_open;
-        open |= unsigned(any(is_open)) << k;
+        if constexpr (!whole_way) {
+            const Mask active = afar & (n <= p.last);
+            is_rough = is_rough & active;
+            counts = counts & active;
+        }
+        sums.shares = select(counts & ~is_rough, sums.shares + share, sums.shares);
+        open[k] = is_rough;
+        steps |= unsigned(any(is_rough)) << k;
     }
-    return open;
+    unsigned unclear = steps;
+    for (steps = 0; unclear != 0; unclear &= unclear - 1) {
+        const int k = __builtin_ctz(unclear);
+        const Floats n = s.n + broadcast(float(k));
+        Verdict v = verdict<masked>(p, c, step_between<Row>(rows, c, n, k), k);
+        v = {v.is_whole & open[k], v.is_open & open[k]};
+        add_whole<true>(p, n, open[k], v, sums);
+        open[k] = v.is_open;
+        steps |= unsigned(any(v.is_open)) << k;
+    }
+    return steps;
 }
 
 // Steps are solved for wherever the way begins, ends, or may cross the surface or a mask's edge.
@@ -185,20 +199,22 @@ template <bool masked, bool whole_way, class Row>
 RELIT_INLINE void march_steps(const Packet& p, const Grid& grid, Stretch s, Mask afar, Sums& sums) {
     const Rows rows{grid.z + long(s.row) * grid.pitch + s.left, long(p.sign) * grid.pitch};
     Crossings crossings;
-    cross_rows<masked, Row>(p, rows, s, crossings);
-    Mask unclear[near_rows];
+    cross_rows<Row>(p, rows, s, crossings);
+    Mask open[near_rows];
+    const auto add_open = [&](unsigned steps) RELIT_INLINE_LAMBDA {
+        for (; steps != 0; steps &= steps - 1) {
+            const int k = __builtin_ctz(steps);
+            if (any(open[k] & sums.open.any)) sums.open.template solve<masked>(p, sums.parts);
+            const Floats n = s.n + broadcast(float(k));
+            sums.open.add(open[k], step_between<Row>(rows, crossings, n, k));
+        }
+    };
     if (any(afar)) {
-        unsigned open = tell_steps_afar<masked, whole_way>(p, s, afar, crossings, sums, unclear);
-        for (; open != 0; open &= open - 1)
-            look_closer<masked, true, Row>(p, rows, s, __builtin_ctz(open), unclear, crossings,
-                                           sums);
+        add_open(tell_steps_afar<masked, whole_way, Row>(p, rows, s, afar, crossings, sums, open));
         s.relevant = s.relevant & ~afar;
         if (whole_way || !any(s.relevant)) return;
     }
-    unsigned open = tell_steps<masked, whole_way>(p, s, crossings, sums, unclear);
-    for (; open != 0; open &= open - 1)
-        look_closer<masked, whole_way, Row>(p, rows, s, __builtin_ctz(open), unclear, crossings,
-                                            sums);
+    add_open(tell_steps<masked, whole_way, Row>(p, rows, s, crossings, sums, open));
 }
 
 // @param afar       lanes_afar()
@@ -242,11 +258,7 @@ RELIT_INLINE Floats steps_inside(const Packet& p, const Grid& grid, int first_ro
         Stretch s = stretch(p, grid, row, done, near);
         const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
         is_clear = passes(p, s, widest_of(table, s.left, s.right, near_columns), sums.whole);
-        if (!is_clear) {
-            const float* bends = grid.bend + long(cell_row / near_rows) * grid.bounds_across;
-            s.bend = widest_of(bends, s.left, s.right, near_columns);
-            march_stretch<masked>(p, grid, s, lanes_afar(p, s), false, sums);
-        }
+        if (!is_clear) march_stretch<masked>(p, grid, s, lanes_afar(p, s), false, sums);
         done += near;
     }
     sums.open.template solve<masked>(p, sums.parts);
