@@ -24,8 +24,9 @@ struct Sums {
 
 // A ray is near its start on stretches that begin within so many steps of it.
 constexpr float near_steps = 8;
-// Share of a step that it may be told wrong by farther away.
-constexpr float rough_share = 0.1f;
+// Farther away it may be told wrong by this share of a step, as far as its two rows tell; and by this
+// one at most, as far as the bends of the block tell, where the ray crosses a column.
+constexpr float rough_share = 0.1f, roughest_share = 1;
 
 // Where the rays of a stretch cross its rows.
 struct Crossings {
@@ -148,16 +149,30 @@ RELIT_INLINE Mask lanes_afar(const Packet& p, const Stretch& s) {
     return s.relevant & (broadcast(near_steps) <= s.n) & ~ends_in_step;
 }
 
+// Most by which the slopes along the rows change in the blocks that lanes cross on a stretch: lane by
+// lane, so that it is the same in any company.
+RELIT_INLINE Floats bends_of(const Packet& p, const Grid& grid, const Stretch& s,
+                             const Crossings& c) {
+    const int cell_row = p.sign > 0 ? s.row : s.row - 1;
+    const float* bends = grid.bend + long(cell_row / near_rows) * grid.bounds_across;
+    const Floats leftmost = min(c.columns[0], c.columns[s.steps]);
+    const Ints column = clamped(p.column + to_ints(leftmost), 0, grid.columns - 1);
+    return gather(bends, shifted_right(column, 3));
+}
+static_assert(near_rows == 1 << 3);
+
 // The same far from the starts, by shares of steps.
 // @param whole_way  all lanes are far, and none ends
 template <bool masked, bool whole_way, class Row>
-RELIT_INLINE unsigned tell_steps_afar(const Packet& p, const Rows& rows, const Stretch& s,
-                                      Mask afar, const Crossings& c, Sums& sums,
+RELIT_INLINE unsigned tell_steps_afar(const Packet& p, const Grid& grid, const Rows& rows,
+                                      const Stretch& s, Mask afar, const Crossings& c, Sums& sums,
                                       Mask (&open)[near_rows]) {
     const Floats zero = broadcast(0.0f);
     // Adding this to a share and taking it away again leaves quanta of 1 / 512.
     const Floats to_quanta = broadcast(24576.0f);
     const Floats reach = magnitude(p.slide) * broadcast(0.25f / rough_share);
+    const Floats bend_reach = magnitude(p.slide) * broadcast(0.25f * 2 / roughest_share);
+    const Floats roughest = bend_reach * bends_of(p, grid, s, c);
     unsigned steps = 0;
     for (int k = 0; k < s.steps; ++k) {
         const Floats n = s.n + broadcast(float(k));
@@ -165,7 +180,7 @@ RELIT_INLINE unsigned tell_steps_afar(const Packet& p, const Rows& rows, const S
         const Floats all = (inside + inside) - (c.excess[k] + c.excess[k + 1]);
         const Floats share = (inside / max(all, broadcast(1e-30f)) + to_quanta) - to_quanta;
         const Floats bend = (c.z1[k] - c.z0[k]) - (c.z1[k + 1] - c.z0[k + 1]);
-        Mask is_rough = all < reach * magnitude(bend);
+        Mask is_rough = all < max(reach * magnitude(bend), roughest);
         Mask counts = all_lanes;
         if constexpr (masked) {
             const Cover cover = cover_of(c, k);
@@ -210,7 +225,8 @@ RELIT_INLINE void march_steps(const Packet& p, const Grid& grid, Stretch s, Mask
         }
     };
     if (any(afar)) {
-        add_open(tell_steps_afar<masked, whole_way, Row>(p, rows, s, afar, crossings, sums, open));
+        add_open(
+            tell_steps_afar<masked, whole_way, Row>(p, grid, rows, s, afar, crossings, sums, open));
         s.relevant = s.relevant & ~afar;
         if (whole_way || !any(s.relevant)) return;
     }
