@@ -93,7 +93,7 @@ test('2,000 moves leave the memory of the tab where it was', async (t) => {
     const { nodes, jsEventListeners } = await tools.send('Memory.getDOMCounters')
     return { heap: usedSize / 1e6, resident: await resident(), nodes, jsEventListeners }
   }
-  await page.evaluate(() => { seen.frames = seen.lights = { push() {} } }) // what the test itself would keep
+  await page.evaluate(() => { seen.frames = seen.lights = asked.bodies = { push() {} } }) // what the test itself would keep
   await page.locator('relit-image').evaluate(dragInPage, 200)
   const before = await memory()
   await page.locator('relit-image').evaluate(dragInPage, 2000)
