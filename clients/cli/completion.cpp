@@ -1,6 +1,7 @@
 // relit completion: scripts for shells, generated from the declared command line and the field
 // table. They hold every word themselves, so that a key press starts no program.
 #include <spdlog/fmt/fmt.h>
+#include <CLI/CLI.hpp>
 
 #include "clients/cli/commands.h"
 #include "server/samples/samples.h"

@@ -1,5 +1,7 @@
 #include "clients/cli/options.h"
 
+#include <CLI/CLI.hpp>
+
 #include <memory>
 
 namespace relit::cli {

@@ -1,10 +1,12 @@
 // The command line of relit: what can be asked for, and the parser that reads and explains it.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;  // its header takes a compiler seconds: only those who ask it include it
+}
 
 namespace relit::cli {
 

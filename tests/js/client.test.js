@@ -6,7 +6,7 @@ import { once } from 'node:events'
 import { after, before, test } from 'node:test'
 import { Relit, RelitError } from '../../clients/js/relit.js'
 import { Batch, submit } from '../../clients/js/relit-jobs.js'
-import { startServer } from '../studio/support.js'
+import { rendersHeld, startServer } from '../studio/support.js'
 import { plato } from './site.js'
 
 let server
@@ -94,8 +94,9 @@ test('an aborted call is an AbortError', async () => {
 
 test('a newer render of a session stops the older one', async () => {
   const slow = { height: { image: plato }, output: { width: 2048 }, material: { illumination: 'count', steps: 5000 } }
+  while (await rendersHeld(server)); // of the test before
   const older = refusal(client.render(slow, { session: 'a-view' }))
-  await new Promise((done) => setTimeout(done, 150))
+  while (!(await rendersHeld(server)));
   await client.render(scene, { session: 'a-view' })
   const error = await older
   assert.deepEqual([error.status, error.code], [409, 'superseded'])

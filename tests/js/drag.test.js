@@ -6,6 +6,7 @@ import { cpus, loadavg } from 'node:os'
 import { test } from 'node:test'
 import { boxOf, openSite, rested, stagedSite } from './pages.js'
 import { plato } from './site.js'
+import { rendersHeld } from '../studio/support.js'
 
 const stage = await stagedSite()
 const { server, browser } = stage
@@ -92,7 +93,7 @@ test('2,000 moves leave the memory of the tab where it was', async (t) => {
     const { nodes, jsEventListeners } = await tools.send('Memory.getDOMCounters')
     return { heap: usedSize / 1e6, resident: await resident(), nodes, jsEventListeners }
   }
-  await page.evaluate(() => { seen.frames = seen.lights = { push() {} } }) // what the test itself would keep
+  await page.evaluate(() => { seen.frames = seen.lights = asked.bodies = { push() {} } }) // what the test itself would keep
   await page.locator('relit-image').evaluate(dragInPage, 200)
   const before = await memory()
   await page.locator('relit-image').evaluate(dragInPage, 2000)
@@ -110,17 +111,13 @@ test('the server never holds more than two requests of a view, however slow it i
     image.scene = { ...image.scene, material: { illumination: 'count', steps: 1000 } }
   })
   const box = await boxOf(page)
-  const held = async () => {
-    const text = await (await fetch(server.address + '/metrics')).text()
-    return [...text.matchAll(/^relit_renders_(?:running|waiting) (\d+)/gm)].reduce((sum, [, count]) => sum + Number(count), 0)
-  }
   let most = 0
   await page.mouse.move(box.x + 10, box.y + 10)
   await page.mouse.down()
   for (let i = 0; i < 60; ++i) {
     await page.mouse.move(box.x + 10 + 7 * i, box.y + 10)
     if (i % 20 === 19) await page.waitForTimeout(250) // rests, and leaves the final picture
-    most = Math.max(most, await held())
+    most = Math.max(most, await rendersHeld(server))
   }
   await page.mouse.up()
   assert.ok(most === 1 || most === 2, `${most} at once`)

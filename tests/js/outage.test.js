@@ -43,8 +43,9 @@ test('a page that is opened before its server shows its picture when it comes', 
     <relit-image server="${address}" src="${plato}" preset=wax></relit-image>`
   const context = await browser.newContext()
   const page = await context.newPage()
+  const failed = page.waitForEvent('requestfailed')
   await page.goto(site.address + '/early')
-  await page.waitForTimeout(400)
+  await failed
   await server.start()
   await rested(page)
   assert.equal(await page.locator('relit-image').evaluate(({ map }) => map.width), 512)

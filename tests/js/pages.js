@@ -1,17 +1,13 @@
 // Pages of another origin with one <relit-image>, and what their tests look at.
 import assert from 'node:assert/strict'
 import { after } from 'node:test'
-import { openPage, staged } from '../studio/support.js'
+import { countFetches, openPage, staged } from '../studio/support.js'
 import { startSite } from './site.js'
 
-// Runs in the page: what the element tells, as plain numbers. `shown` is in displayed frames.
+// Runs in the page: what the element tells, as plain numbers, and what is fetched at once. `shown` is in displayed frames.
 const watching = `
-  const seen = { lights: [], frames: [], errors: [], recoveries: 0, asking: 0, mostAsking: 0 }
-  const fetched = window.fetch
-  window.fetch = (...call) => {
-    seen.mostAsking = Math.max(seen.mostAsking, ++seen.asking)
-    return fetched(...call).finally(() => --seen.asking)
-  }
+  const seen = { lights: [], frames: [], errors: [], recoveries: 0 }
+  ;(${countFetches})('')
   const x = ({ lights }) => lights[0].position?.[0]
   addEventListener('relit-light', ({ detail: { rest, scene } }) => seen.lights.push({ rest, x: x(scene) }))
   addEventListener('relit-frame', ({ detail: { scene, final, width, height, etag, accuracy } }) =>

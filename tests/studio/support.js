@@ -89,6 +89,36 @@ export async function openPage(browser, address, options) {
   return page
 }
 
+/**
+ * Runs in a page: counts in `asked` what it fetches at once from addresses with this ending, and lists what is sent. A fetch
+ * lasts until its reply is read or it has failed, as the page sees it: the browser's own events come late on a busy machine.
+ */
+export function countFetches(ending) {
+  const count = (globalThis.asked = { now: 0, most: 0, bodies: [] })
+  const { fetch } = globalThis
+  const isOver = () => void --count.now
+  globalThis.fetch = async (address, options) => {
+    if (!String(address).endsWith(ending)) return fetch(address, options)
+    count.most = Math.max(count.most, ++count.now)
+    count.bodies.push(options?.body)
+    const reply = await fetch(address, options).catch((error) => {
+      isOver()
+      throw error
+    })
+    for (const name of ['blob', 'json']) {
+      const read = reply[name]
+      reply[name] = () => read.call(reply).finally(isOver)
+    }
+    return reply
+  }
+}
+
+/** How many renders the server has running or waiting. */
+export async function rendersHeld({ address }) {
+  const text = await (await fetch(address + '/metrics')).text()
+  return [...text.matchAll(/^relit_renders_(?:running|waiting) (\d+)/gm)].reduce((sum, [, count]) => sum + Number(count), 0)
+}
+
 export const withoutTrouble = (page) => assert.deepEqual(page.troubles, [])
 export const close = (page) => page.context().close()
 
@@ -117,8 +147,9 @@ export async function finalFrame(page) {
 }
 /** The scene in the address, whole. */
 export async function sceneNow(page, address) {
-  await page.waitForTimeout(450) // the address follows once the scene rests
-  const scene = Buffer.from(new URL(page.url()).hash.slice('#scene='.length), 'base64url').toString()
+  // The address follows by a timer of the page's, once the scene rests: a later one of the same clock is due after it.
+  const hash = await page.evaluate(() => new Promise((done) => setTimeout(() => done(location.hash), 400)))
+  const scene = Buffer.from(hash.slice('#scene='.length), 'base64url').toString()
   const { light, ...whole } = await (await fetch(address + '/v1/scene', { method: 'POST', body: scene, headers: { 'Content-Type': 'application/json' } })).json()
   return light ? { ...whole, lights: [light] } : whole
 }
