@@ -27,7 +27,7 @@ DirectionalSurface fine_surface(const TransportSurface& surface, const Image& sl
 
 // Measured on reliefs of 96 and 256 squared: final is 0.1 % off (relative RMS), on slopes up to 2.4 with texels
 // of 0.3 to 2 free paths 0.2 to 0.5 %, 2 % on rough reliefs thinner than a free path; single texels are off by
-// up to 3 %, where steep texels are wider than a free path by 8. Texels of neighbouring squares differ by steps
+// up to 5 %, where steep texels are wider than a free path by 15. Texels of neighbouring squares differ by steps
 // of 0.1 %. An area of 0.25 is a tenth to a fifth faster and leaves 3 % at single texels everywhere.
 // `near_texels` lies between distances from texel to texel.
 DirectionalRule rule_of(TransportAccuracy accuracy) {

@@ -12,7 +12,8 @@ constexpr int floats = kernels::directional_source_floats;
 
 // Sums over samples, weighted by flux; made into the mean source.
 struct SourceSums {
-    double weight = 0, flux[3]{}, spread = 0;
+    double weight = 0, flux[3]{};
+    double spread = 0;  // area seen from above
     Vec3 place, normal, inward;
 
     void add(const SourceSums& other) {
@@ -48,12 +49,6 @@ SourceSums sums_of(const float* source) {
     s.normal = s.weight * Vec3{source[3], source[4], source[5]};
     s.inward = s.weight * Vec3{source[6], source[7], source[8]};
     return s;
-}
-
-// The area of a level square over which the mean of r^-3 is as much more than at its middle as over the
-// sample, seen from as high. Nothing on steep slopes, where it would be less.
-double spread_of(double area, const Vec3& n) {
-    return area * n.z * std::max(0.0, (4 - 1 / (n.z * n.z)) / 3);
 }
 
 bool is_dark(const float* source) { return source[9] == 0 && source[10] == 0 && source[11] == 0; }
@@ -98,7 +93,7 @@ DirectionalTree::Light DirectionalTree::light(std::span<const float> flux,
                                 flux[from],
                                 flux[from + 1],
                                 flux[from + 2],
-                                float(spread_of(s.area[k], n))};
+                                s.area[k] * float(n.z)};
         std::copy_n(source, floats, &light.of_samples[k * floats]);
     }
     // Children before their parents.

@@ -17,7 +17,7 @@ constexpr double rays_per_step = 0.5;
 constexpr double transfer_samples = 12;
 // Carrying light below a surface, all colours together.
 constexpr double final_transport = 150, preview_transport = 10;
-constexpr double final_directional_transport = 1300;
+constexpr double final_directional_transport = 500;
 constexpr double usual_texels = 1 << 20;
 
 // A factor of the cost and the field it comes from.

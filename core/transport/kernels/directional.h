@@ -40,7 +40,7 @@ struct DirectionalPoints {
     alignas(64) float normal_x[group_points], normal_y[group_points], normal_z[group_points];
 };
 
-/// Floats of a source: x y z, normal, w_12, flux per colour, spread: the area of what lies level.
+/// Floats of a source: x y z, normal, w_12, flux per colour, spread: its area seen from above.
 inline constexpr int directional_source_floats = 13;
 
 /// Adds to `sums` [number][point] what the sources give at each point, in the order of the list: of their
