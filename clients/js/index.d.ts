@@ -57,6 +57,8 @@ export interface Material {
   scatter?: { k?: number; falloff?: [number, number] }
   medium?: string | Medium
   mmPerWidth?: number
+  /** Of 'directional-dipole' alone. */
+  dirdipoleEnergy?: 'published' | 'matched'
   bssrdfWeight?: number
   diffuseWeight?: number
   film?: { medium?: string | Medium; thickness?: number; g?: number | null } | null

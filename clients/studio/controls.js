@@ -106,6 +106,7 @@ export const lightControls = {
 
 const exponential = ({ material }) => material.illumination === 'exponential'
 const isIntegrated = (scene) => !isTranslucent(scene)
+const isDirectional = ({ material }) => material.model === 'directional-dipole'
 const hasFilm = (scene) => isTranslucent(scene) && scene.material.film !== null
 const hasLobe =
   (...lobes) =>
@@ -141,6 +142,13 @@ const translucentControls = [
     kind: 'size',
     shown: isTranslucent,
   },
+  choice(
+    'material.dirdipoleEnergy',
+    'Gives back',
+    { published: 'As published', matched: 'As the better dipole' },
+    'As published the lit side is brighter than with the other models, in bright media brighter than the light.',
+    { shown: isDirectional },
+  ),
   number('material.bssrdfWeight', 'From below', 0, 2, 0.01, 'How much of the light that comes back from below is shown.', {
     shown: isTranslucent,
   }),

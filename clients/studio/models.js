@@ -34,7 +34,7 @@ export const models = [
     by: 'Frisvad and others 2014',
     does:
       'Light that comes in aslant goes on aslant below the surface, which a low sun shows best. As published it gives ' +
-      'back more light than the others, in very bright media more than came in.',
+      'back more light than the others, in very bright media more than came in; matched, as much as the better dipole.',
   },
   {
     name: 'normalised-diffusion',

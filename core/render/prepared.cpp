@@ -173,13 +173,15 @@ std::shared_ptr<const DirectionalSum> prepared_directional_sum(const Scene& scen
                                                                const RenderControl& control) {
     const Material& m = scene.material;
     const std::string key =
-        key_of("directional-sum", medium_key(m), int(accuracy), int(control.simd), scene.relief,
-               scene.field->bump.empty() ? 0 : scene.bump_relief, scene.field->shape_key);
+        key_of("directional-sum", medium_key(m), int(m.directional_energy), int(accuracy),
+               int(control.simd), scene.relief, scene.field->bump.empty() ? 0 : scene.bump_relief,
+               scene.field->shape_key);
     return shared<DirectionalSum>(control.cache, *scene.field, key, [&] {
         std::array<scatter::DirectionalDipole, 3> dipoles;
         for (int c = 0; c < 3; ++c)
-            dipoles[c] = scatter::directional_dipole(scatter::channel(m.medium, c, m.mm_per_width),
-                                                     {.robust = true});
+            dipoles[c] =
+                scatter::directional_dipole(scatter::channel(m.medium, c, m.mm_per_width),
+                                            {.robust = true, .energy = m.directional_energy});
         auto made = std::make_shared<const DirectionalSum>(
             surface, prepared.slopes, prepared.shading_slopes(), dipoles, accuracy,
             control.executor, control.stop, control.simd);

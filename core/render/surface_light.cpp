@@ -40,15 +40,16 @@ SkyLights skies_of(const Scene& matt, const Output& output, const PreparedSolid&
 struct SurfaceTile {
     RayTile starts;
     TileNumbers slope_x, slope_y, normal_z;
-    TileNumbers own_slope_x, own_slope_y;  // without the bump map, where there is one
+    TileNumbers own_slope_x, own_slope_y;  // without the bump map
+    bool is_bumped;                        // else there are none of these
     TileSums irradiance, entering, entering_behind, highlight, reflected;
     TileSums inward;  // x, y, z, times the luminance of what enters
 
     SurfaceTile(const PreparedSolid& prepared, std::span<const TexelIndex> texels)
-        : starts(surface_starts(prepared.solid, texels)) {
+        : starts(surface_starts(prepared.solid, texels)),
+          is_bumped(!prepared.bumped_slopes.empty()) {
         load_slopes(prepared.shading_slopes(), texels, 1, slope_x, slope_y);
-        if (!prepared.bumped_slopes.empty())
-            load_slopes(prepared.slopes, texels, 1, own_slope_x, own_slope_y);
+        if (is_bumped) load_slopes(prepared.slopes, texels, 1, own_slope_x, own_slope_y);
         for (int k = 0; k < starts.count; ++k)
             normal_z[k] = 1 / std::sqrt(1 + slope_x[k] * slope_x[k] + slope_y[k] * slope_y[k]);
     }
@@ -84,9 +85,10 @@ public:
           film_(film) {
         if (parts.highlight) lobe_tables_.resize(scene.lights.size());
         for (std::size_t n = 0; n < lights_.skies.size(); ++n) {
-            if (!lights_.skies[n]) continue;
-            if (parts.highlight) lobe_tables_[n] = lobe_table(n, control);
-            if (has_back()) behind_skies_ = behind_skies_ + behind_sky(n, control);
+            if (!lights_.skies[n] || !(parts.highlight || has_back())) continue;
+            const std::vector<LightSample> samples = environment_samples(n, control);
+            if (parts.highlight) lobe_tables_[n] = lobe_table(samples, control);
+            if (has_back()) behind_skies_ = behind_skies_ + behind_sky(samples);
         }
     }
 
@@ -121,7 +123,9 @@ private:
     void add_skies(std::span<const TexelIndex> texels, SurfaceTile& tile) const;
     void add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const;
     void add_behind(const LightSample& sample, SurfaceTile& tile) const;
-    [[nodiscard]] Rgb behind_sky(std::size_t light, const RenderControl& control) const;
+    void add_highlight(const TileNumbers& visible, const TileNumbers& cosine,
+                       const TileDirections& light, Rgb radiance, SurfaceTile& tile) const;
+    [[nodiscard]] Rgb behind_sky(std::span<const LightSample> samples) const;
     void add_entering(int count, const TileNumbers& lit, const TileNumbers& cosine, Rgb radiance,
                       TileSums& entering) const;
     void add_inward(const TileSums& entering, const TileDirections& light, SurfaceTile& tile) const;
@@ -131,7 +135,7 @@ private:
     void fill_visibility(const RayTarget& light, const RayTile& starts, TileNumbers& v) const;
     [[nodiscard]] std::vector<LightSample> environment_samples(std::size_t light,
                                                                const RenderControl& control) const;
-    [[nodiscard]] std::unique_ptr<const NormalTable> lobe_table(std::size_t light,
+    [[nodiscard]] std::unique_ptr<const NormalTable> lobe_table(std::span<const LightSample> samples,
                                                                 const RenderControl& control) const;
 
     const Scene& scene_;
@@ -188,35 +192,45 @@ void SurfaceLighting::add_behind(const LightSample& sample, SurfaceTile& tile) c
 }
 
 // Suns and all.
-Rgb SurfaceLighting::behind_sky(std::size_t light, const RenderControl& control) const {
+Rgb SurfaceLighting::behind_sky(std::span<const LightSample> samples) const {
     Rgb sum;
-    for (const LightSample& sample : environment_samples(light, control))
+    for (const LightSample& sample : samples)
         sum = sum + entering_back(scene_.material, sample.at) * sample.radiance;
     return sum;
+}
+
+// n . l, where the surface itself does not face away.
+TileNumbers cosines(const SurfaceTile& tile, const TileDirections& light) {
+    TileNumbers cosine;
+    for (int k = 0; k < tile.starts.count; ++k)
+        cosine[k] = std::max(0.0f, tile.normal_z[k] * (light.z[k] - tile.slope_x[k] * light.x[k] -
+                                                       tile.slope_y[k] * light.y[k]));
+    for (int k = 0; k < tile.starts.count && tile.is_bumped; ++k)
+        if (light.z[k] - tile.own_slope_x[k] * light.x[k] - tile.own_slope_y[k] * light.y[k] <= 0)
+            cosine[k] = 0;
+    return cosine;
+}
+
+// V cos, or less of it where only light from behind counts.
+TileNumbers lit_share(const Scatter& forward, const TileDirections& light,
+                      const TileNumbers& visible, const TileNumbers& cosine, int count) {
+    TileNumbers lit;
+    const float k_f = float(forward.k);
+    const TileRamp ramp(forward.falloff);
+    for (int k = 0; k < count; ++k)
+        lit[k] = visible[k] * (cosine[k] * ((1 - k_f) + (k_f > 0 ? k_f * ramp(-light.z[k]) : 0)));
+    return lit;
 }
 
 void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& tile) const {
     const int count = tile.starts.count;
     if (has_back() && !is_sun) add_behind(sample, tile);
     const TileDirections light(prepared_.solid, target_of(sample), tile.starts);
-    TileNumbers cosine;
-    for (int k = 0; k < count; ++k)
-        cosine[k] = std::max(0.0f, tile.normal_z[k] * (light.z[k] - tile.slope_x[k] * light.x[k] -
-                                                       tile.slope_y[k] * light.y[k]));
-    if (!prepared_.bumped_slopes.empty())
-        for (int k = 0; k < count; ++k)
-            if (light.z[k] - tile.own_slope_x[k] * light.x[k] - tile.own_slope_y[k] * light.y[k] <=
-                0)
-                cosine[k] = 0;  // behind the surface itself
+    const TileNumbers cosine = cosines(tile, light);
     if (std::all_of(cosine.begin(), cosine.begin() + count, [](float c) { return c == 0; })) return;
     TileNumbers visible;
     fill_visibility(target_of(sample), tile.starts, visible);
-    TileNumbers lit = visible;
-    const Scatter& forward = scene_.material.scatter;
-    const float k_f = float(forward.k);
-    const TileRamp ramp(forward.falloff);
-    for (int k = 0; k < count; ++k)
-        lit[k] *= cosine[k] * ((1 - k_f) + (k_f > 0 ? k_f * ramp(-light.z[k]) : 0));
+    const TileNumbers lit = lit_share(scene_.material.scatter, light, visible, cosine, count);
     tile.irradiance.add(count, lit, sample.radiance);
     if (parts_.entering) {
         TileSums entering;
@@ -225,14 +239,20 @@ void SurfaceLighting::add(const LightSample& sample, bool is_sun, SurfaceTile& t
         if (parts_.inward) add_inward(entering, light, tile);
     }
     if (parts_.reflected) add_reflected(lit, light, sample.radiance, tile);
-    if (!parts_.highlight || is_sun) return;  // a sky's table has the suns as well
+    if (parts_.highlight && !is_sun)  // a sky's table has the suns as well
+        add_highlight(visible, cosine, light, sample.radiance, tile);
+}
+
+void SurfaceLighting::add_highlight(const TileNumbers& visible, const TileNumbers& cosine,
+                                    const TileDirections& light, Rgb radiance,
+                                    SurfaceTile& tile) const {
     TileNumbers shine{};
-    for (int k = 0; k < count; ++k)
+    for (int k = 0; k < tile.starts.count; ++k)
         if (cosine[k] > 0 && visible[k] > 0)
             shine[k] =
                 visible[k] * float(lobe_value(scene_.material, {light.x[k], light.y[k], light.z[k]},
                                               tile.normal(k, scene_.normal_scale)));
-    tile.highlight.add(count, shine, sample.radiance);
+    tile.highlight.add(tile.starts.count, shine, radiance);
 }
 
 void SurfaceLighting::add_entering(int count, const TileNumbers& lit, const TileNumbers& cosine,
@@ -305,10 +325,9 @@ std::vector<LightSample> SurfaceLighting::environment_samples(std::size_t light,
 }
 
 // Of all of an environment, as for its other highlights: shadows are not in it.
-std::unique_ptr<const NormalTable> SurfaceLighting::lobe_table(std::size_t light,
+std::unique_ptr<const NormalTable> SurfaceLighting::lobe_table(std::span<const LightSample> samples,
                                                                const RenderControl& control) const {
     constexpr int size = 97;  // a step turns the normal by a degree in the middle
-    const std::vector<LightSample> samples = environment_samples(light, control);
     return std::make_unique<const NormalTable>(
         size,
         [&](Vec3 normal) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/image/colour.h"
+#include "core/scatter/directional_dipole.h"
 #include "core/scatter/lobes.h"
 #include "core/scatter/medium.h"
 
@@ -86,7 +87,9 @@ struct Material {
     Scatter scatter;
     // Of the translucent models.
     scatter::Medium medium = scatter::find_medium("marble")->medium;
-    double mm_per_width = 80;   ///< what a scene unit is, > 0
+    double mm_per_width = 80;  ///< what a scene unit is, > 0
+    /// Of the directional dipole (section 3).
+    scatter::DirectionalEnergy directional_energy = scatter::DirectionalEnergy::published;
     double bssrdf_weight = 1;   ///< wBssrdf, >= 0 (section 2.4)
     double diffuse_weight = 0;  ///< wDiffuse, >= 0
     std::optional<Film> film{};

@@ -83,7 +83,19 @@ DirectionalCell::DirectionalCell(const DirectionalDipole& dipole, double least_a
     }
 }
 
-DirectionalCell::Mean DirectionalCell::at(double down, double area) const {
+DirectionalCell::Mean DirectionalCell::at(double down, double area, double stretch) const {
+    if (stretch < 1.1) return of_disk(down, area);
+    constexpr int angles = 4;  // of a quarter
+    Mean mean;
+    for (int k = 0; k < angles; ++k) {
+        const double s = std::sin(pi / 2 * (k + 0.5) / angles);
+        const double larger = 1 / ((1 - s * s) / stretch + s * s * stretch);  // that radius' disk
+        add(mean, of_disk(down, larger * area), larger / angles);
+    }
+    return mean;
+}
+
+DirectionalCell::Mean DirectionalCell::of_disk(double down, double area) const {
     const double step = std::max(0.0, per_doubling * std::log2(area / least_area_));
     const double column = std::min(step, areas - 1.0);
     const double row = std::clamp(down, 0.0, 1.0) * (cosines - 1);

@@ -21,11 +21,15 @@ public:
     /// @param least_area  smallest area that is asked for, > 0, in the dipole's unit
     DirectionalCell(const scatter::DirectionalDipole& dipole, double least_area);
 
-    /// @param down  -w_12.N: the cosine of the refracted light, or a mean of several
-    /// @param area  of the disk; beyond 256 times the least one all light stays on it
-    [[nodiscard]] Mean at(double down, double area) const;
+    /// @param down     -w_12.N: the cosine of the refracted light, or a mean of several
+    /// @param area     of the disk; beyond 256 times the least one all light stays on it
+    /// @param stretch  of an ellipse in place of the disk, one axis over the other, >= 1: by the disks of its
+    ///                 radii, as if light went all ways alike. Its area over that is at least the least one
+    [[nodiscard]] Mean at(double down, double area, double stretch) const;
 
 private:
+    [[nodiscard]] Mean of_disk(double down, double area) const;
+
     static constexpr int areas = 17, per_doubling = 2, cosines = 9;
     double least_area_ = 0;
     std::array<std::array<Mean, areas>, cosines> means_{};

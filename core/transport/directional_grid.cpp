@@ -39,6 +39,11 @@ Vec3 vector_at(const Image& image, int i, int j) {
     return {v[0], v[1], v[2]};
 }
 
+// How much longer a cell is along its slope than across it.
+double stretch_of(const float* slopes) {
+    return std::sqrt(1 + double(slopes[0]) * slopes[0] + double(slopes[1]) * slopes[1]);
+}
+
 // `texels` gets the place of every sample.
 DirectionalTree tree_of(const DirectionalSurface& surface, std::vector<std::uint32_t>& texels,
                         const std::stop_token& stop) {
@@ -79,6 +84,8 @@ DirectionalGrid::DirectionalGrid(DirectionalSurface surface,
     double fall = dipoles[0].sigma_tr;
     for (int c = 0; c < 3; ++c) {
         colours_[c] = colour_of(dipoles[c]);
+        bend_.depth += colours_[c].extrapolation * colours_[c].extrapolation / 3;
+        bend_.height += colours_[c].mirrored * colours_[c].mirrored / 3;
         fall = std::min(fall, dipoles[c].sigma_tr);
     }
     const double texel = surface_.spacing * surface_.spacing;
@@ -90,6 +97,7 @@ DirectionalGrid::DirectionalGrid(DirectionalSurface surface,
     constexpr double least = 14;  // e^-14 is a millionth
     opening_ = {.area = rule.area,
                 .cone_cosine = float(std::cos(radians(rule.cone_deg))),
+                .height = bend_.height,
                 .near = float(texel * rule.near_texels * rule.near_texels),
                 .range = float(std::min(least / fall, 1e9))};
     set_taps(rule);
@@ -189,7 +197,7 @@ void DirectionalGrid::add_group(int left, int top, const Light& light, Scratch& 
     }
     tree_.gather(light.in_tree, points.at, opening_, scratch.sources);
     scratch.group.fill(0);
-    sum_group_(colours_.data(), light.terms, opening_.near, points, scratch.sources.data(),
+    sum_group_(colours_.data(), bend_, light.terms, opening_.near, points, scratch.sources.data(),
                int(scratch.sources.size()) / kernels::directional_source_floats,
                scratch.group.data());
     for (int k = 0; k < count; ++k)
@@ -218,11 +226,11 @@ void DirectionalGrid::add_own(int row, const Image& flux, const Image& inward, I
         const double area = surface_.area.at(i, row);
         if (!(area > 0)) continue;
         const Vec3 normal = vector_at(surface_.normals, i, row), w = vector_at(inward, i, row);
-        const double down = -dot(w, normal);
+        const double down = -dot(w, normal), stretch = stretch_of(texel(surface_.slopes, i, row));
         for (int c = 0; c < 3; ++c) {
             const double f = flux.at(i, row, c);
             if (f == 0) continue;
-            const DirectionalCell::Mean mean = cells_[c].at(down, area);
+            const DirectionalCell::Mean mean = cells_[c].at(down, area, stretch);
             if (out.channels == 3) {
                 out.at(i, row, c) += float(f * (mean.constant + mean.normal));
                 continue;

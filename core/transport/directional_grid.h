@@ -75,6 +75,7 @@ private:
 
     DirectionalSurface surface_;
     std::array<kernels::DirectionalColour, kernels::directional_colours> colours_;
+    kernels::DirectionalBend bend_;
     std::vector<DirectionalCell> cells_;  // of the colours
     OpeningRule opening_;
     std::vector<kernels::DirectionalTap> taps_;

@@ -40,8 +40,8 @@ public:
     DirectionalSum& operator=(const DirectionalSum&) = delete;
 
     /// Sum over texels p of max(0, S_d(p -> x)) flux(p), for every texel x and three colours; means over
-    /// cells where texels are near each other, as RadialKernel has them. Within 1 % of the double sum
-    /// (relative RMS) as final, 2 % where slopes beyond 2 meet texels wider than a free path.
+    /// cells where texels are near each other, as RadialKernel has them. Within 0.5 % of the double sum
+    /// (relative RMS) as final, 2 % on rough reliefs thinner than a free path.
     ///
     /// @param flux    finite, >= 0: irradiance that enters times area
     /// @param inward  w_12 of the light that enters, into the surface; of several lights the mean weighted

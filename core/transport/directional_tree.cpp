@@ -12,12 +12,13 @@ constexpr int floats = kernels::directional_source_floats;
 
 // Sums over samples, weighted by flux; made into the mean source.
 struct SourceSums {
-    double weight = 0, flux[3]{}, area = 0;
+    double weight = 0, flux[3]{};
+    double spread = 0;  // area seen from above
     Vec3 place, normal, inward;
 
     void add(const SourceSums& other) {
         weight += other.weight;
-        area += other.area;
+        spread += other.spread;
         for (int c = 0; c < 3; ++c) flux[c] += other.flux[c];
         place = place + other.place;
         normal = normal + other.normal;
@@ -35,6 +36,7 @@ struct SourceSums {
             source[3 * k + 2] = float(vectors[k].z);
         }
         for (int c = 0; c < 3; ++c) source[9 + c] = float(flux[c]);
+        source[12] = float(spread);
     }
 };
 
@@ -42,6 +44,7 @@ SourceSums sums_of(const float* source) {
     SourceSums s;
     for (int c = 0; c < 3; ++c) s.flux[c] = source[9 + c];
     s.weight = s.flux[0] + s.flux[1] + s.flux[2];
+    s.spread = source[12];
     s.place = s.weight * Vec3{source[0], source[1], source[2]};
     s.normal = s.weight * Vec3{source[3], source[4], source[5]};
     s.inward = s.weight * Vec3{source[6], source[7], source[8]};
@@ -78,9 +81,19 @@ DirectionalTree::Light DirectionalTree::light(std::span<const float> flux,
     for (std::size_t k = 0; k < s.size(); ++k) {
         const std::size_t from = tree_.order()[k] * std::size_t(3);
         const Vec3 n = normals_[k];
-        const float source[] = {s.x[k],           s.y[k],     s.z[k],         float(n.x),
-                                float(n.y),       float(n.z), inward[from],   inward[from + 1],
-                                inward[from + 2], flux[from], flux[from + 1], flux[from + 2]};
+        const float source[] = {s.x[k],
+                                s.y[k],
+                                s.z[k],
+                                float(n.x),
+                                float(n.y),
+                                float(n.z),
+                                inward[from],
+                                inward[from + 1],
+                                inward[from + 2],
+                                flux[from],
+                                flux[from + 1],
+                                flux[from + 2],
+                                s.area[k] * float(n.z)};
         std::copy_n(source, floats, &light.of_samples[k * floats]);
     }
     // Children before their parents.
@@ -110,7 +123,8 @@ void DirectionalTree::gather(const Light& light, const kernels::PointGroup& poin
         float nearest, farthest;
         box.distances(source, nearest, farthest);
         const float limit = rule.area * nearest;
-        return node.area < limit && (cones_[k] >= rule.cone_cosine || 8 * node.area < limit) &&
+        const float wide = 3 + 13 * rule.height / (nearest + rule.height);
+        return node.area < limit && (cones_[k] >= rule.cone_cosine || wide * node.area < limit) &&
                !box.meets(node) && box.squared_distance_in_plane(node) > rule.near;
     };
     for (std::size_t k = 0; k < nodes.size();) {

@@ -16,10 +16,12 @@ namespace relit {
 /// When a node counts as one sample for a group of points.
 struct OpeningRule {
     float area = 0;  ///< its area is less than this times the squared distance to the group
-    /// Half the angle of its cone of normals, as a cosine; what is smaller than area / 8 may have any.
+    /// Half the angle of its cone of normals, as a cosine. Any will do where the area is less than area/16
+    /// times that distance, and beyond the virtual source's height less than area/3: normals matter less.
     float cone_cosine = 0;
-    float near = 0;   ///< squared distance in the plane within which all are samples
-    float range = 0;  ///< beyond this distance nothing counts
+    float height = 0;  ///< square of that height
+    float near = 0;    ///< squared distance in the plane within which all are samples
+    float range = 0;   ///< beyond this distance nothing counts
 };
 
 class DirectionalTree {

@@ -114,17 +114,6 @@ double between(const double* p, double t) {
 
 }  // namespace
 
-RadialProfile exponential_profile(double sigma) {
-    assert(sigma >= 0);
-    const auto within = [sigma](double a) {
-        const double t = sigma * a;
-        if (t < 1e-3) return pi * a * a * (1 - 2 * t / 3);
-        return 2 * pi / (sigma * sigma) * -(std::expm1(-t) + t * std::exp(-t));
-    };
-    const double total = sigma > 0 ? 2 * pi / (sigma * sigma) : INFINITY;
-    return {[sigma](double r) { return std::exp(-sigma * r); }, within, total};
-}
-
 RadialKernel::RadialKernel(std::span<const RadialProfile> channels, double spacing, double extent)
     : channels_(int(channels.size())), spacing_(spacing) {
     assert(channels_ == 1 || channels_ == 3);

@@ -26,9 +26,6 @@ template <class Profile>
     return {[p](double r) { return p.at(r); }, [p](double a) { return p.within(a); }, p.total()};
 }
 
-/// e^{-sigma r}, in scene units. @pre sigma >= 0; its total is 2 pi / sigma^2
-[[nodiscard]] RadialProfile exponential_profile(double sigma);
-
 /// Profiles of 1 to 3 channels as a table over r^2, averaged over the cells of a grid.
 ///
 /// What is tabulated is not the profile itself but its mean over a square cell of the grid that the

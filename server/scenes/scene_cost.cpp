@@ -17,7 +17,7 @@ constexpr double rays_per_step = 0.5;
 constexpr double transfer_samples = 12;
 // Carrying light below a surface, all colours together.
 constexpr double final_transport = 150, preview_transport = 10;
-constexpr double final_directional_transport = 1300;
+constexpr double final_directional_transport = 500;
 constexpr double usual_texels = 1 << 20;
 
 // A factor of the cost and the field it comes from.
@@ -77,21 +77,31 @@ Factor lights_of(const SceneDescription& scene, bool is_noise) {
     return all;
 }
 
-// What carries light below the surface takes.
-Factor transport_of(const SceneDescription& scene) {
+// Which sums below the surface the layer shows.
+struct Carried {
+    bool scattering = false, highlights = false;
+};
+
+Carried carried_by(const SceneDescription& scene) {
     const Material& m = scene.material;
     const Layer layer = scene.output.picture.layer;
-    const bool is_carried =
+    if (!shows_light_below(scene) || !m.is_translucent()) return {};
+    const bool is_beauty = layer == Layer::beauty;
+    const bool are_carried =
         m.highlight.k > 0 && m.highlight.transport == HighlightTransport::subsurface;
-    const bool diffuses =
-        layer == Layer::subsurface || (layer == Layer::beauty && m.bssrdf_weight > 0);
-    const bool shines = (layer == Layer::highlight || layer == Layer::beauty) && is_carried;
-    if (!shows_light_below(scene) || !m.is_translucent()) return {.times = 0, .field = {}};
-    const double exactly =
-        m.model == Model::directional_dipole ? final_directional_transport : final_transport;
-    const bool preview = scene.output.picture.accuracy == Accuracy::preview;
-    return {.times = int(diffuses) * (preview ? preview_transport : exactly) +
-                     int(shines) * (preview ? preview_transport : final_transport),
+    return {.scattering = layer == Layer::subsurface || (is_beauty && m.bssrdf_weight > 0),
+            .highlights = are_carried && (is_beauty || layer == Layer::highlight)};
+}
+
+// What carries light below the surface takes.
+Factor transport_of(const SceneDescription& scene) {
+    const bool is_preview = scene.output.picture.accuracy == Accuracy::preview;
+    const bool is_directional = scene.material.model == Model::directional_dipole;
+    const double highlights = is_preview ? preview_transport : final_transport;
+    const double scattering =
+        is_directional && !is_preview ? final_directional_transport : highlights;
+    const Carried carried = carried_by(scene);
+    return {.times = int(carried.scattering) * scattering + int(carried.highlights) * highlights,
             .field = "/material/model"};
 }
 

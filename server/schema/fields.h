@@ -67,6 +67,11 @@ constexpr auto choices_of<Model>() {
                       Choice{"normalised-diffusion", Model::normalised_diffusion}};
 }
 template <>
+constexpr auto choices_of<scatter::DirectionalEnergy>() {
+    return std::array{Choice{"published", scatter::DirectionalEnergy::published},
+                      Choice{"matched", scatter::DirectionalEnergy::matched}};
+}
+template <>
 constexpr auto choices_of<scatter::LobeKind>() {
     return std::array{Choice{"cosine", scatter::LobeKind::cosine},
                       Choice{"ward", scatter::LobeKind::ward},
@@ -257,6 +262,10 @@ void fields(V& v, M& m) {
       "(GET /v1/media), or its numbers.");
     v("mmPerWidth", m.mm_per_width, above(0, 1e6),
       "Width of the map in mm: a small thing is more translucent than a large one.");
+    v("dirdipoleEnergy", m.directional_energy, Any{},
+      "Of directional-dipole, which gives back more than the others and more than came in where "
+      "the medium is bright: published leaves it so; matched gives back what better-dipole does "
+      "of light that falls straight. Other models do not use it.");
     v("bssrdfWeight", m.bssrdf_weight, from_to(0, 1000), "Weight of subsurface scattering.");
     v("diffuseWeight", m.diffuse_weight, from_to(0, 1000),
       "Weight of matt reflection (Lambert) beside it.");

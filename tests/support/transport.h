@@ -1,11 +1,14 @@
 // Surfaces to sum over, and the sum itself as it is written: every texel to every texel, in double.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <vector>
 
 #include "core/scatter/dipole.h"
+#include "core/scatter/highlight.h"
 #include "core/transport/transport.h"
 #include "tests/support/maps.h"
 
@@ -32,10 +35,15 @@ TransportSurface surface_of(int width, int height, const Height& z) {
     return surface;
 }
 
-/// relief * heights of a map.
+/// relief * heights of a map; what its mask takes out has no area.
 inline TransportSurface surface_of(const HeightField& field, double relief) {
-    return surface_of(field.width(), field.height(),
-                      [&](int i, int j) { return relief * field.heights.at(i, j); });
+    TransportSurface surface = surface_of(field.width(), field.height(), [&](int i, int j) {
+        return relief * field.heights.at(i, j);
+    });
+    for (int j = 0; j < field.height(); ++j)
+        for (int i = 0; i < field.width(); ++i)
+            if (!field.is_solid(i, j)) surface.area.at(i, j) = 0;
+    return surface;
 }
 
 /// Standard dipoles of a measured medium, red, green and blue.
@@ -46,6 +54,11 @@ inline std::vector<RadialProfile> dipoles(const char* medium, double mm_per_widt
         profiles.push_back(radial_profile(scatter::StandardDipole(
             channel(scatter::find_medium(medium)->medium, c, mm_per_width))));
     return profiles;
+}
+
+/// e^{-sigma r}, of one channel.
+inline RadialProfile highlight_profile(double sigma) {
+    return radial_profile(scatter::HighlightFalloff{sigma});
 }
 
 inline RadialKernel kernel_for(const TransportSurface& surface,
@@ -68,19 +81,30 @@ inline Image uneven_flux(const TransportSurface& surface, int channels = 3) {
     return flux;
 }
 
-/// The sum at texel (i, j), of one channel.
-inline double direct_sum(const TransportSurface& surface, const Image& flux,
-                         const RadialKernel& kernel, int i, int j, int c) {
-    if (!(surface.area.at(i, j) > 0)) return 0;
+/// The sums at texel (i, j) of all channels.
+inline std::array<double, RadialKernel::max_channels> direct_sum(const TransportSurface& surface,
+                                                                 const Image& flux,
+                                                                 const RadialKernel& kernel, int i,
+                                                                 int j) {
+    std::array<double, RadialKernel::max_channels> sums{};
+    if (!(surface.area.at(i, j) > 0)) return sums;
     const double h = surface.spacing(), z = surface.z.at(i, j);
-    double sum = kernel.at_own_place(c, surface.area.at(i, j)) * flux.at(i, j, c);
+    const double range_squared = kernel.range() * kernel.range();
+    const std::span<const float> segments = kernel.segments();
+    for (int c = 0; c < flux.channels; ++c)
+        sums[c] = kernel.at_own_place(c, surface.area.at(i, j)) * flux.at(i, j, c);
     for (int v = 0; v < flux.height; ++v)
         for (int u = 0; u < flux.width; ++u) {
             if (!(surface.area.at(u, v) > 0)) continue;
             const double dx = h * (u - i), dy = h * (v - j), dz = surface.z.at(u, v) - z;
-            sum += kernel.at_squared(c, float(dx * dx + dy * dy + dz * dz)) * flux.at(u, v, c);
+            const double r_squared = dx * dx + dy * dy + dz * dz;
+            if (r_squared > range_squared) continue;
+            const auto u2 = float(r_squared);
+            const float* const of = &segments[std::size_t(kernel.index_of(u2)) * kernel.stride];
+            for (int c = 0; c < flux.channels; ++c)
+                sums[c] += (of[c] + of[4 + c] * u2) * flux.at(u, v, c);
         }
-    return sum;
+    return sums;
 }
 
 inline Image direct_sums(const TransportSurface& surface, const Image& flux,
@@ -88,11 +112,30 @@ inline Image direct_sums(const TransportSurface& surface, const Image& flux,
     Image sums(flux.width, flux.height, flux.channels);
     parallel_rows(executor(), flux.height, {}, [&](RowRange rows) {
         for (int j = rows.begin; j < rows.end; ++j)
-            for (int i = 0; i < flux.width; ++i)
-                for (int c = 0; c < flux.channels; ++c)
-                    sums.at(i, j, c) = float(direct_sum(surface, flux, kernel, i, j, c));
+            for (int i = 0; i < flux.width; ++i) {
+                const auto exact = direct_sum(surface, flux, kernel, i, j);
+                for (int c = 0; c < flux.channels; ++c) sums.at(i, j, c) = float(exact[c]);
+            }
     });
     return sums;
+}
+
+/// A quarter turn, and left for right.
+inline Image turned(const Image& image) {
+    Image out(image.height, image.width, image.channels);
+    for (int j = 0; j < image.height; ++j)
+        for (int i = 0; i < image.width; ++i)
+            for (int c = 0; c < image.channels; ++c)
+                out.at(j, image.width - 1 - i, c) = image.at(i, j, c);
+    return out;
+}
+inline Image mirrored(const Image& image) {
+    Image out(image.width, image.height, image.channels);
+    for (int j = 0; j < image.height; ++j)
+        for (int i = 0; i < image.width; ++i)
+            for (int c = 0; c < image.channels; ++c)
+                out.at(image.width - 1 - i, j, c) = image.at(i, j, c);
+    return out;
 }
 
 /// Errors relative to each texel's own exact sum, where that is above 1e-4 of the largest one.
@@ -114,6 +157,25 @@ inline RelativeError relative_error(std::span<const float> found, std::span<cons
         ++count;
     }
     return {count > 0 ? std::sqrt(squares / double(count)) : 0, max};
+}
+
+/// Of three channels against the double sum, at random texels.
+inline RelativeError error_at_random_texels(const TransportSurface& surface, const Image& flux,
+                                            const RadialKernel& kernel, const Image& sums,
+                                            int texels) {
+    std::vector<float> some(3 * std::size_t(texels)), exact(some.size());
+    parallel_rows(executor(), texels, {}, [&](RowRange range) {
+        for (int k = range.begin; k < range.end; ++k) {
+            Random random(std::uint64_t(k) + 1);
+            const int i = int(random() * flux.width), j = int(random() * flux.height);
+            const auto at = direct_sum(surface, flux, kernel, i, j);
+            for (int c = 0; c < 3; ++c) {
+                some[3 * std::size_t(k) + c] = sums.at(i, j, c);
+                exact[3 * std::size_t(k) + c] = float(at[c]);
+            }
+        }
+    });
+    return relative_error(some, exact);
 }
 
 }  // namespace relit::test

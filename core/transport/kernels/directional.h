@@ -29,19 +29,26 @@ constexpr int numbers_of(DirectionalTerms terms) {
 }
 inline constexpr int max_directional_numbers = 4 * directional_colours;
 
+/// Where S_d bends, for all colours alike: beyond the depth of its real source it goes as 1/r, beyond
+/// the height of the virtual one as 1/r^3.
+struct DirectionalBend {
+    float depth = 0, height = 0;  ///< squares
+};
+
 struct DirectionalPoints {
     PointGroup at;
     alignas(64) float normal_x[group_points], normal_y[group_points], normal_z[group_points];
 };
 
-/// Floats of a source: x y z, normal, w_12, flux per colour.
-inline constexpr int directional_source_floats = 12;
+/// Floats of a source: x y z, normal, w_12, flux per colour, spread: its area seen from above.
+inline constexpr int directional_source_floats = 13;
 
-/// Adds to `sums` [number][point] what the sources give at each point, in the order of the list. Those
-/// less than the root of `near` away in the plane give nothing.
-using DirectionalGroupSum = void(const DirectionalColour* colours, DirectionalTerms terms,
-                                 float near, const DirectionalPoints& points, const float* sources,
-                                 int count, float* sums);
+/// Adds to `sums` [number][point] what the sources give at each point, in the order of the list: of their
+/// spread the mean, to second order. Those less than the root of `near` away in the plane give nothing.
+using DirectionalGroupSum = void(const DirectionalColour* colours, const DirectionalBend& bend,
+                                 DirectionalTerms terms, float near,
+                                 const DirectionalPoints& points, const float* sources, int count,
+                                 float* sums);
 DirectionalGroupSum directional_group_portable;
 DirectionalGroupSum directional_group_avx2;
 DirectionalGroupSum directional_group_avx512;

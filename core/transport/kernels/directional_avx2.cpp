@@ -4,10 +4,10 @@
 
 namespace relit::kernels {
 
-void directional_group_avx2(const DirectionalColour* colours, DirectionalTerms terms, float near,
-                            const DirectionalPoints& points, const float* sources, int count,
-                            float* sums) {
-    directional_group(colours, terms, near, points, sources, count, sums);
+void directional_group_avx2(const DirectionalColour* colours, const DirectionalBend& bend,
+                            DirectionalTerms terms, float near, const DirectionalPoints& points,
+                            const float* sources, int count, float* sums) {
+    directional_group(colours, bend, terms, near, points, sources, count, sums);
 }
 
 void directional_row_avx2(const DirectionalColour* colours, DirectionalTerms terms,

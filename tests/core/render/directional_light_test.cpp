@@ -52,6 +52,43 @@ TEST(DirectionalLightBelow, IsTheDoubleSumOverAllTexels) {
     }
 }
 
+TEST(DirectionalLightBelow, MatchedToTheBetterDipoleIsAsBrightWhereStraightLightMeetsAPlane) {
+    Material m = dipole_of("skin2", 4000);
+    for (const Accuracy accuracy : {Accuracy::final, Accuracy::preview}) {
+        Output output = layer(Layer::subsurface);
+        output.accuracy = accuracy;
+        const auto picture = [&](Model model, scatter::DirectionalEnergy energy) {
+            m.model = model;
+            m.directional_energy = energy;
+            return rendered(scene_of(flat(40, 40), m, sun(90)), output);
+        };
+        using enum scatter::DirectionalEnergy;
+        const Image better = picture(Model::better_dipole, published);
+        const Image with = picture(Model::directional_dipole, matched);
+        const Image without = picture(Model::directional_dipole, published);
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(at_middle(with, c) / at_middle(better, c), 1, 0.02) << c;
+            EXPECT_GT(at_middle(without, c), 1.2 * at_middle(better, c)) << c;
+        }
+        EXPECT_EQ(picture(Model::better_dipole, matched).values, better.values) << "no use for it";
+    }
+}
+
+TEST(DirectionalLightBelow, IsNotTakenFromACacheForAnotherEnergy) {
+    Material m = dipole_of("skin2", 40);
+    m.model = Model::directional_dipole;
+    Scene scene = scene_of(hills(24, 20), m, sun(40));
+    HeightField& field = own_field(scene);
+    field.key = field.shape_key = "hills";
+    SharedCache cache(1 << 24);
+    const auto picture = [&](SharedCache* kept) {
+        return render(scene, raw, {.executor = executor(), .cache = kept}).pixels.values;
+    };
+    EXPECT_EQ(picture(&cache), picture(nullptr));
+    scene.material.directional_energy = scatter::DirectionalEnergy::matched;
+    EXPECT_EQ(picture(&cache), picture(nullptr));
+}
+
 TEST(DirectionalLightBelow, IsTheHalfSpaceTotalOnAWidePlane) {
     Material m = dipole_of("skin2", 4000);
     m.model = Model::directional_dipole;

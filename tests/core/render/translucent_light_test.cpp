@@ -266,15 +266,21 @@ TEST(TranslucentLight, IsFiniteForMediaAtTheEdgesOfTheirRanges) {
                                 .eta = 1};
                     m.highlight.k = 1;
                     m.film = Film{.medium = m.medium, .thickness = 100};
-                    for (const Model model :
-                         {Model::dipole, Model::better_dipole, Model::directional_dipole,
-                          Model::normalised_diffusion}) {
+                    constexpr auto published = scatter::DirectionalEnergy::published;
+                    constexpr auto matched = scatter::DirectionalEnergy::matched;
+                    for (const auto& [model, energy] :
+                         {std::pair(Model::dipole, published),
+                          std::pair(Model::better_dipole, published),
+                          std::pair(Model::directional_dipole, published),
+                          std::pair(Model::directional_dipole, matched),
+                          std::pair(Model::normalised_diffusion, published)}) {
                         m.model = model;
+                        m.directional_energy = energy;
                         for (const float v :
                              rendered(scene_of(hills(size, size), m, sun(30)), raw).values)
                             EXPECT_TRUE(std::isfinite(v) && v >= 0)
                                 << sigma << ' ' << absorption << ' ' << width << ' ' << size << ' '
-                                << int(model);
+                                << int(model) << ' ' << int(energy);
                     }
                 }
 }

@@ -128,7 +128,7 @@ TEST(LevelSum, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
     const TransportSurface surface = surface_of(hills(61, 50), 0.1);
     const Image flux = uneven_flux(surface), grey = uneven_flux(surface, 1);
     const RadialKernel kernel = kernel_for(surface, dipoles("marble", 40));
-    const RadialKernel of_one = kernel_for(surface, {exponential_profile(20)});
+    const RadialKernel of_one = kernel_for(surface, {highlight_profile(20)});
     const Image portable = level_sums(surface, kernel, flux, {4}, Simd::portable);
     const Image grey_portable = level_sums(surface, of_one, grey, {4}, Simd::portable);
     for (const Simd simd : available_simd()) {

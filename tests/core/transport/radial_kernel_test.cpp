@@ -76,17 +76,6 @@ TEST(RadialKernel, CountsASteepSamplesOwnFluxByItsArea) {
         }
 }
 
-TEST(RadialKernel, OfHighlightsHasTheIntegralsOfAnExponential) {
-    const RadialProfile profile = exponential_profile(12);
-    double sum = 0;
-    constexpr double step = 1e-4;
-    for (double r = step / 2; r < 0.3; r += step) sum += profile.at(r) * 2 * pi * r * step;
-    EXPECT_NEAR(profile.within(0.3), sum, 1e-7);
-    EXPECT_NEAR(profile.within(1e-5), pi * 1e-10 * (1 - 8e-5), 1e-19);
-    EXPECT_DOUBLE_EQ(profile.total, 2 * pi / 144);
-    EXPECT_EQ(exponential_profile(0).at(3), 1);
-}
-
 TEST(RadialKernel, IsZeroFromWhereAMillionthIsLeft) {
     const auto profiles = dipoles("ketchup", 300);
     const RadialKernel kernel(profiles, 1.0 / 256, 0.6);

@@ -43,7 +43,7 @@ TEST(SceneJson, OfHeightAloneHasEveryDefault) {
         R"("material":{"model":"integrated","baseColor":"#000000","diffuseColor":"#ffffff","specularColor":"#ffffff","depth":0.008,)"
         R"("offset":"normal","illumination":"length","attenuation":20,"steps":100,)"
         R"("specular":{"k":0,"falloff":[0,1],"occlude":false},"scatter":{"k":0,"falloff":[0,1]},)"
-        R"("medium":"marble","mmPerWidth":80,"bssrdfWeight":1,"diffuseWeight":0,"film":null,)"
+        R"("medium":"marble","mmPerWidth":80,"dirdipoleEnergy":"published","bssrdfWeight":1,"diffuseWeight":0,"film":null,)"
         R"("highlight":{"lobe":"ward","transport":"subsurface","k":0,"nt":10,"nb":10,"exponent":10}},)"
         R"("output":{"format":"png","layer":"beauty","accuracy":"final","width":null,"height":null,"region":null,)"
         R"("bitDepth":null,"quality":85,"effort":"fast","exposure":0,"tone":"clip","transfer":"srgb","background":null}})");
