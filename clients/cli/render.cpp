@@ -1,13 +1,11 @@
 // relit render, relit scene: a scene read, then rendered or told, here or by a server.
-#include "core/render/render.h"
-
 #include "clients/cli/commands.h"
 #include "clients/cli/failure.h"
 #include "clients/cli/limits_here.h"
 #include "clients/cli/remote.h"
 #include "clients/cli/scene_job.h"
-#include "core/io/encode.h"
 #include "server/scenes/picture_etag.h"
+#include "server/scenes/picture_file.h"
 #include "server/scenes/scene_loading.h"
 #include "server/schema/client_json.h"
 
@@ -34,11 +32,10 @@ std::string render_here(const SceneJob& job, int threads, Progress& progress) {
     const Executor executor(threads);
     const Scene scene = load_here(job, executor, progress);
     progress.begin("rendering");
-    const Picture picture =
-        render(scene, server::picture_output(job.scene.output),
-               {.executor = executor, .progress = [&](double share) { progress.reach(share); }});
-    progress.begin("encoding");
-    return encode(picture.pixels, server::encode_options(job.scene.output, job.text), {executor});
+    return server::picture_file(
+               scene, job.scene, job.text,
+               {.executor = executor, .progress = [&](double share) { progress.reach(share); }})
+        .bytes;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/image/channels.h"
@@ -55,24 +56,24 @@ Image resized(Image image, const HeightField& field, const Executor& executor) {
 
 }  // namespace
 
-HeightField height_field_from(const Image& stored, bool has_alpha, bool fractions) {
+HeightField height_field_from(Image stored, bool has_alpha, bool fractions) {
     HeightField field;
-    field.heights = luminance_channel(stored, has_alpha);
+    if (has_alpha) {
+        field.alpha = alpha_channel(stored);
+        for (float& a : field.alpha.values) a = fraction(a);
+    }
+    field.heights = luminance_channel(std::move(stored), has_alpha);
     const HeightRange range = finite_range(field.heights);
     if (!fractions && (range.min < 0 || range.max > 1)) {
         rescale(field.heights, range);
         field.rescaled_from = range;
     }
-    if (has_alpha) {
-        field.alpha = alpha_channel(stored);
-        for (float& a : field.alpha.values) a = fraction(a);
-    }
     mask_non_finite(field);
     return field;
 }
 
-void set_alpha(HeightField& field, const Image& stored, bool has_alpha, const Executor& executor) {
-    Image alpha = has_alpha ? alpha_channel(stored) : luminance_channel(stored, false);
+void set_alpha(HeightField& field, Image stored, bool has_alpha, const Executor& executor) {
+    Image alpha = has_alpha ? alpha_channel(stored) : luminance_channel(std::move(stored), false);
     for (float& a : alpha.values) a = fraction(a);
     field.alpha = resized(std::move(alpha), field, executor);
     for (float& a : field.alpha.values) a = fraction(a);  // bicubic overshoot
@@ -89,9 +90,10 @@ void set_albedo(HeightField& field, const Image& stored, bool has_alpha, bool en
     for (float& a : field.albedo.values) a = std::max(a, 0.0f);  // bicubic overshoot
 }
 
-void set_bump(HeightField& field, const Image& stored, bool has_alpha, bool fractions,
+void set_bump(HeightField& field, Image stored, bool has_alpha, bool fractions,
               const Executor& executor) {
-    field.bump = resized(height_field_from(stored, has_alpha, fractions).heights, field, executor);
+    field.bump = resized(height_field_from(std::move(stored), has_alpha, fractions).heights, field,
+                         executor);
 }
 
 HeightField smaller_field(const HeightField& field, int width, int height, const Executor& executor,

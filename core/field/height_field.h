@@ -47,12 +47,12 @@ struct HeightField {
 /// @param has_alpha  the last channel is alpha, taken as in [0, 1] (clipped)
 /// @param fractions  the file held unsigned integers, already divided by their type's maximum
 /// @throws Error image_broken when no texel is finite
-[[nodiscard]] HeightField height_field_from(const Image& stored, bool has_alpha, bool fractions);
+[[nodiscard]] HeightField height_field_from(Image stored, bool has_alpha, bool fractions);
 
 /// Gives `field` a mask: the image's own alpha channel if it has one, else its luminance, clipped
 /// to [0, 1] and resampled to the field's size. Replaces an alpha that came with the heights;
 /// texels without a finite height stay masked.
-void set_alpha(HeightField& field, const Image& stored, bool has_alpha, const Executor& executor);
+void set_alpha(HeightField& field, Image stored, bool has_alpha, const Executor& executor);
 
 /// Gives `field` an albedo, resampled to its size in linear light.
 /// @param encoded  the numbers are sRGB-encoded and shading is in linear light
@@ -61,7 +61,7 @@ void set_albedo(HeightField& field, const Image& stored, bool has_alpha, bool en
 
 /// Gives `field` a bump map: heights as height_field_from() makes them, resampled to the field's size.
 /// @throws Error image_broken when no texel is finite
-void set_bump(HeightField& field, const Image& stored, bool has_alpha, bool fractions,
+void set_bump(HeightField& field, Image stored, bool has_alpha, bool fractions,
               const Executor& executor);
 
 /// The whole field averaged down, for previews. Masked texels take part with their stored height,

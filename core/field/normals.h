@@ -14,18 +14,27 @@ struct Slopes {
 };
 
 /// As slopes_at(), beside borders and masks as well.
-[[nodiscard]] Slopes slopes_at_edge(const HeightField& field, double relief, int i, int j);
+[[nodiscard]] Slopes slopes_at_edge(const HeightField& field, const Image& heights, double relief,
+                                    int i, int j);
 
 /// Central differences over two texels; one-sided at the border and beside masked texels, 0 where
 /// neither neighbour counts.
-[[nodiscard]] inline Slopes slopes_at(const HeightField& field, double relief, int i, int j) {
-    const int width = field.width();
-    if (i == 0 || j == 0 || i + 1 == width || j + 1 == field.height() || !field.alpha.empty())
-        return slopes_at_edge(field, relief, i, j);
+/// @param heights  of `field`, or its bump map
+[[nodiscard]] inline Slopes slopes_at(const HeightField& field, const Image& heights, double relief,
+                                      int i, int j) {
+    const int width = heights.width;
+    const bool is_inner = i > 0 && j > 0 && i + 1 < width && j + 1 < heights.height;
+    if (!is_inner ||
+        (!field.alpha.empty() && !(field.is_solid(i - 1, j) && field.is_solid(i + 1, j) &&
+                                   field.is_solid(i, j - 1) && field.is_solid(i, j + 1))))
+        return slopes_at_edge(field, heights, relief, i, j);
     const double scale = relief * width;  // a texel is 1/width wide
-    const float* h = field.heights.values.data() + std::size_t(j) * width + i;
+    const float* h = heights.values.data() + std::size_t(j) * width + i;
     const double above = h[-width], below = h[width];
     return {scale * ((double(h[1]) - h[-1]) / 2), scale * ((above - below) / 2)};
+}
+[[nodiscard]] inline Slopes slopes_at(const HeightField& field, double relief, int i, int j) {
+    return slopes_at(field, field.heights, relief, i, j);
 }
 
 /// Unit normal normalize(-scale dz/dx, -scale dz/dy, 1).

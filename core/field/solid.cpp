@@ -12,14 +12,15 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 // Row of the map that is repeated at row v of the grid.
 int map_row(int v, int height) { return std::clamp(v - 1, 0, height - 1); }
 
-Image bordered_z(const Image& heights, double relief) {
-    Image z(heights.width + 2, heights.height + 2, 1);
+GridHeights bordered_z(const Image& heights, double relief) {
+    GridHeights z(heights.width + 2, heights.height + 2);
     for (int v = 0; v < z.height; ++v) {
         const std::span<const float> from = heights.row(map_row(v, heights.height));
-        const std::span<float> to = z.row(v);
+        float* const to = z.row(v);
         for (int i = 0; i < heights.width; ++i) to[i + 1] = float(relief * from[i]);
-        to.front() = to[1];
-        to.back() = to[heights.width];
+        to[0] = to[1];
+        to[heights.width + 1] = to[heights.width];
+        z.repeat_ends(v);
     }
     return z;
 }
@@ -50,11 +51,11 @@ std::vector<std::uint8_t> cell_cover(const HeightField& field) {
 struct ColumnRange {
     std::vector<float> low, high;
 
-    ColumnRange(const Image& z, int first, int last) {
-        low.assign(z.row(first).begin(), z.row(first).end());
+    ColumnRange(const GridHeights& z, int first, int last) {
+        low.assign(z.row(first), z.row(first) + z.width);
         high = low;
         for (int v = first + 1; v <= last; ++v) {
-            const float* row = z.row(v).data();
+            const float* row = z.row(v);
             for (int u = 0; u < z.width; ++u) low[u] = row[u] < low[u] ? row[u] : low[u];
             for (int u = 0; u < z.width; ++u) high[u] = row[u] > high[u] ? row[u] : high[u];
         }
@@ -67,8 +68,8 @@ Block masked_block(const Solid& solid, int i0, int i1, int j0, int j1) {
     for (int j = j0; j < j1; ++j)
         for (int i = i0; i < i1; ++i) {
             const unsigned cover = solid.cover[std::size_t(j) * (solid.width + 1) + i];
-            const float* upper = &solid.z.row(j)[i];
-            const float* lower = &solid.z.row(j + 1)[i];
+            const float* upper = solid.z.row(j) + i;
+            const float* lower = solid.z.row(j + 1) + i;
             const auto [lo, hi] = std::minmax({upper[0], upper[1], lower[0], lower[1]});
             if (cover != 0) block.top = std::max(block.top, hi);
             block.bottom = std::min(block.bottom, cover == 15 ? lo : -infinity);
@@ -99,12 +100,26 @@ void fill_blocks(Solid& solid) {
 
 }  // namespace
 
+GridHeights::GridHeights(int points_across, int rows) : width(points_across), height(rows) {
+    constexpr int line = 16;  // floats of a line of the cache
+    pitch = (margin + width + 2 * window + line - 1) / line * line;
+    // An odd number of lines: columns of a power of two would share the same few sets.
+    if (pitch / line % 2 == 0) pitch += line;
+    values.resize(std::size_t(pitch) * rows);
+}
+
+void GridHeights::repeat_ends(int v) {
+    float* const points = row(v);
+    std::fill(points - margin, points, points[0]);
+    std::fill(points + width, points - margin + pitch, points[width - 1]);
+}
+
 Solid make_solid(const HeightField& field, double relief, Base base, double depth) {
     Solid solid;
     solid.width = field.width();
     solid.height = field.height();
     solid.z = bordered_z(field.heights, relief);
-    solid.top_z = solid.z.values.front();
+    solid.top_z = solid.z.at(0, 0);
     solid.cover = cell_cover(field);
     fill_blocks(solid);
     solid.endless_ground = base.kind == Base::Kind::none;

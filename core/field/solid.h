@@ -29,6 +29,31 @@ struct Block {
     float bottom = 0;  ///< lowest grid point; -infinity where a part of a cell is masked
 };
 
+/// Heights of grid points, row after row. Each row begins with a line of the cache and has its ends
+/// repeated outwards: `margin` points to the left, twice `window` or more to the right, so that packets
+/// of rays may read beyond them.
+struct GridHeights {
+    static constexpr int margin = 16, window = 32;
+
+    int width = 0;   ///< grid points of a row, without those beyond its ends
+    int height = 0;  ///< rows
+    int pitch = 0;   ///< floats from row to row
+    Texels values;
+
+    GridHeights() = default;
+    GridHeights(int points_across, int rows);
+
+    [[nodiscard]] float* row(int v) { return values.data() + std::size_t(v) * pitch + margin; }
+    [[nodiscard]] const float* row(int v) const {
+        return values.data() + std::size_t(v) * pitch + margin;
+    }
+    [[nodiscard]] float& at(int u, int v) { return row(v)[u]; }
+    [[nodiscard]] float at(int u, int v) const { return row(v)[u]; }
+
+    /// Repeats the ends of row v.
+    void repeat_ends(int v);
+};
+
 /// Heights as a bilinear surface in scene units, with the mask and the floor, ready for ray
 /// marching.
 ///
@@ -40,7 +65,7 @@ struct Solid {
 
     int width = 0;  ///< texels of the map
     int height = 0;
-    Image z;  ///< (width + 2) x (height + 2) grid points, scene units
+    GridHeights z;  ///< (width + 2) x (height + 2) grid points, scene units
     /// Per cell of the grid, (width + 1) x (height + 1): bit a + 2 b says whether the texel nearest
     /// to the cell's quarter (a, b), 1 = right, lower, is material. Empty: all is.
     std::vector<std::uint8_t> cover;

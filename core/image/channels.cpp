@@ -22,7 +22,8 @@ int colour_channels(const Image& stored, bool has_alpha) {
 
 }  // namespace
 
-Image luminance_channel(const Image& stored, bool has_alpha) {
+Image luminance_channel(Image stored, bool has_alpha) {
+    if (stored.channels == 1) return stored;
     if (colour_channels(stored, has_alpha) < 3)
         return map_texels(stored, 1, [](const float* in, float* out) { out[0] = in[0]; });
     return map_texels(stored, 1, [](const float* in, float* out) {

@@ -11,7 +11,7 @@ namespace relit {
 /// One channel: the grey channel, or the Rec. 709 luminance of the stored colour numbers. Alpha is
 /// left out.
 /// @param has_alpha  the last of 2 or 4 channels is alpha
-[[nodiscard]] Image luminance_channel(const Image& stored, bool has_alpha);
+[[nodiscard]] Image luminance_channel(Image stored, bool has_alpha);
 
 /// The alpha channel. @pre has alpha, that is 2 or 4 channels (asserted)
 [[nodiscard]] Image alpha_channel(const Image& stored);

@@ -45,12 +45,12 @@ Taps bicubic_taps(int begin, double scale, int target, int source_size) {
     return taps;
 }
 
-// For targets 0..count-1 laid over source texels begin..begin+size.
-std::vector<Taps> taps_of_axis(int begin, int size, int count, int source_size) {
+// For some of the targets 0..count-1 laid over source texels begin..begin+size.
+std::vector<Taps> taps_of_axis(int begin, int size, int count, int source_size, RowRange targets) {
     const double scale = double(size) / count;
     std::vector<Taps> taps;
-    taps.reserve(count);
-    for (int i = 0; i < count; ++i) {
+    taps.reserve(targets.end - targets.begin);
+    for (int i = targets.begin; i < targets.end; ++i) {
         if (count == size) taps.push_back({begin + i, {1.0f}});
         else if (count < size) taps.push_back(area_taps(begin, scale, i));
         else taps.push_back(bicubic_taps(begin, scale, i, source_size));
@@ -68,21 +68,33 @@ float weighted_sum(const Taps& taps, const float* values, std::size_t stride) {
 
 }  // namespace
 
-Image resample(const Image& source, Rect window, int width, int height, const Executor& executor,
-               const std::stop_token& stop) {
+RowRange resample_reads(RowRange rows, Rect window, int height, int source_height) {
+    const auto taps_of = [&](int row) {
+        return taps_of_axis(window.y, window.height, height, source_height, {row, row + 1}).front();
+    };
+    const Taps last = taps_of(rows.end - 1);
+    return {taps_of(rows.begin).first, last.first + int(last.weights.size())};
+}
+
+Image resample(const Image& source, const ResampledRows& part, Rect window, int width, int height,
+               const Executor& executor, const std::stop_token& stop) {
     assert(window.x >= 0 && window.y >= 0 && window.width >= 1 && window.height >= 1);
-    assert(window.x + window.width <= source.width && window.y + window.height <= source.height);
+    assert(window.x + window.width <= source.width &&
+           window.y + window.height <= part.source_height);
     assert(width >= 1 && height >= 1);
-    const std::vector<Taps> across = taps_of_axis(window.x, window.width, width, source.width);
-    const std::vector<Taps> down = taps_of_axis(window.y, window.height, height, source.height);
+    const std::vector<Taps> across =
+        taps_of_axis(window.x, window.width, width, source.width, {0, width});
+    const std::vector<Taps> down =
+        taps_of_axis(window.y, window.height, height, part.source_height, part.rows);
     const int first_row = down.front().first;
     const int last_row = down.back().first + int(down.back().weights.size()) - 1;
+    assert(first_row >= part.first_row && last_row < part.first_row + source.height);
     const std::size_t channels = source.channels;
 
     Image narrow(width, last_row - first_row + 1, source.channels);
     parallel_rows(executor, narrow.height, stop, [&](RowRange rows) {
         for (int y = rows.begin; y < rows.end; ++y) {
-            const float* in = source.row(first_row + y).data();
+            const float* in = source.row(first_row - part.first_row + y).data();
             float* out = narrow.row(y).data();
             for (int x = 0; x < width; ++x)
                 for (std::size_t c = 0; c < channels; ++c)
@@ -90,8 +102,8 @@ Image resample(const Image& source, Rect window, int width, int height, const Ex
         }
     });
 
-    Image result(width, height, source.channels);
-    parallel_rows(executor, height, stop, [&](RowRange rows) {
+    Image result(width, int(down.size()), source.channels);
+    parallel_rows(executor, result.height, stop, [&](RowRange rows) {
         const std::size_t row_size = std::size_t(width) * channels;
         for (int y = rows.begin; y < rows.end; ++y) {
             const float* in = narrow.row(down[y].first - first_row).data();
@@ -101,6 +113,11 @@ Image resample(const Image& source, Rect window, int width, int height, const Ex
         }
     });
     return result;
+}
+
+Image resample(const Image& source, Rect window, int width, int height, const Executor& executor,
+               const std::stop_token& stop) {
+    return resample(source, {{0, height}, 0, source.height}, window, width, height, executor, stop);
 }
 
 Image resample(const Image& source, int width, int height, const Executor& executor,

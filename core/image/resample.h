@@ -22,6 +22,21 @@ namespace relit {
 [[nodiscard]] Image resample(const Image& source, Rect window, int width, int height,
                              const Executor& executor, const std::stop_token& stop = {});
 
+/// Rows of a picture that is made of a source of which not all need be there.
+struct ResampledRows {
+    RowRange rows;          ///< of the target
+    int first_row = 0;      ///< of the source, which `source` begins with
+    int source_height = 0;  ///< of the whole source
+};
+
+/// Those rows of the same picture, number by number. @pre `source` has the rows that are read for them
+/// (asserted). @throws Error cancelled
+[[nodiscard]] Image resample(const Image& source, const ResampledRows& part, Rect window, int width,
+                             int height, const Executor& executor, const std::stop_token& stop);
+
+/// Rows of a source of that height which those rows of the target are made of.
+[[nodiscard]] RowRange resample_reads(RowRange rows, Rect window, int height, int source_height);
+
 /// The whole of `source`.
 [[nodiscard]] Image resample(const Image& source, int width, int height, const Executor& executor,
                              const std::stop_token& stop = {});

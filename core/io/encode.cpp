@@ -1,5 +1,6 @@
 #include "core/io/encode.h"
 
+#include <algorithm>
 #include <cassert>
 #include <memory>
 #include <stdexcept>
@@ -13,6 +14,7 @@
 #include "core/io/oiio.h"
 #include "core/io/picture_side.h"
 #include "core/io/png_writer.h"
+#include "core/io/strips.h"
 #include "core/io/webp_picture.h"
 
 namespace relit {
@@ -102,26 +104,74 @@ std::string encode_webp(const Image& picture, const EncodeOptions& options,
     return file;
 }
 
-}  // namespace
+// --- In strips -----------------------------------------------------------------------------------
 
-std::string encode(const Image& picture, const EncodeOptions& options,
+template <class Picture>
+void check_picture(const Picture& picture, const EncodeOptions& options,
                    const EncodeControl& control) {
     assert(picture.width > 0 && picture.height > 0 && picture.channels >= 1 &&
            picture.channels <= 4);
     assert(options.quality >= 1 && options.quality <= 100);
     if (control.stop.stop_requested()) throw_cancelled();
+    if (options.format == PictureFormat::jpeg)
+        check_side(picture.width, picture.height, options.format, "JPEG");
+}
+
+template <class Picture>
+PngWriter png_writer(const Picture& picture, const EncodeOptions& options) {
+    return {picture.width, picture.height, picture.channels, options};
+}
+
+template <class Picture>
+JpegWriter jpeg_writer(const Picture& picture, const EncodeOptions& options) {
+    return {picture.width, picture.height, picture.channels, options.quality};
+}
+
+template <class Writer>
+std::string written(Writer writer, const Image& picture, const EncodeControl& control) {
+    writer.add(picture, control);
+    return writer.finished();
+}
+
+template <class Writer>
+std::string written(Writer writer, const PictureRows& picture, const EncodeControl& control) {
+    const int step = band_rows(picture, writer.strip_rows());
+    for (int y = 0; y < picture.height; y += step)
+        writer.add(picture.rows({y, std::min(y + step, picture.height)}), control);
+    return writer.finished();
+}
+
+}  // namespace
+
+std::string encode(const Image& picture, const EncodeOptions& options,
+                   const EncodeControl& control) {
+    check_picture(picture, options, control);
     switch (options.format) {
         case PictureFormat::png:
-            return encode_png(picture, options, control);
+            return written(png_writer(picture, options), picture, control);
         case PictureFormat::jpeg:
-            check_side(picture, options.format, "JPEG");
-            return encode_jpeg(picture, options, control);
+            return written(jpeg_writer(picture, options), picture, control);
         case PictureFormat::webp:
             return encode_webp(picture, options, control);
         case PictureFormat::exr:
             return encode_exr(picture, options);
     }
     return {};
+}
+
+std::string encode(const PictureRows& picture, const EncodeOptions& options,
+                   const EncodeControl& control) {
+    check_picture(picture, options, control);
+    switch (options.format) {
+        case PictureFormat::png:
+            return written(png_writer(picture, options), picture, control);
+        case PictureFormat::jpeg:
+            return written(jpeg_writer(picture, options), picture, control);
+        case PictureFormat::webp:
+        case PictureFormat::exr:
+            break;
+    }
+    return encode(picture.rows({0, picture.height}), options, control);
 }
 
 std::vector<int> bit_depths_of(PictureFormat format) {

@@ -9,6 +9,7 @@
 
 #include "core/base/parallel.h"
 #include "core/image/image.h"
+#include "core/image/picture_rows.h"
 
 namespace relit {
 
@@ -51,6 +52,12 @@ struct EncodeControl {
 /// Deterministic; safe from any thread. The executor compresses png and jpeg in strips; webp and
 /// exr are compressed by the caller's thread, exr without looking at the stop token.
 [[nodiscard]] std::string encode(const Image& picture, const EncodeOptions& options,
+                                 const EncodeControl& control);
+
+/// The same file of a picture that is made while it is written: of png and jpeg some 24 MB of floats
+/// are taken at a time, of the others all at once.
+/// @throws what encode() and `picture` throw
+[[nodiscard]] std::string encode(const PictureRows& picture, const EncodeOptions& options,
                                  const EncodeControl& control);
 
 /// The longest side in pixels that a file of the format can hold.

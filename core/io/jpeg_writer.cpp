@@ -83,22 +83,35 @@ std::string joined(const std::vector<std::string>& strips, int height, int resta
 
 }  // namespace
 
-std::string encode_jpeg(const Image& picture, const EncodeOptions& options,
-                        const EncodeControl& control) {
-    assert(picture.channels == 1 || picture.channels == 3);
-    const int blocks_wide = (picture.width - 1) / block_side + 1;
-    const int blocks_high = (picture.height - 1) / block_side + 1;
+JpegWriter::JpegWriter(int width, int height, int channels, int quality)
+    : width_(width), height_(height), channels_(channels), quality_(quality) {
+    assert(channels == 1 || channels == 3);
+    const int blocks_high = (height - 1) / block_side + 1;
+    const std::size_t row_bytes = std::size_t(width) * std::size_t(channels);
     // An interval of 65535 units is the longest there is: no strip comes near, nor one row of units.
-    const int blocks = strip_rows(blocks_high, strip_bytes / (picture.row(0).size() * block_side));
-    const int rows = blocks * block_side;
-    std::vector<std::string> strips(std::size_t((blocks_high - 1) / blocks + 1));
-    parallel_rows(control.executor, int(strips.size()), control.stop, [&](RowRange range) {
+    strip_rows_ =
+        block_side * relit::strip_rows(blocks_high, strip_bytes / (row_bytes * block_side));
+}
+
+void JpegWriter::add(const Image& rows, const EncodeControl& control) {
+    assert(rows.width == width_ && rows.channels == channels_);
+    assert(rows.height % strip_rows_ == 0 || done_ + rows.height == height_);
+    const std::size_t before = strips_.size();
+    const int count = (rows.height - 1) / strip_rows_ + 1;
+    strips_.resize(before + std::size_t(count));
+    parallel_rows(control.executor, count, control.stop, [&](RowRange range) {
         for (int i = range.begin; i < range.end; ++i)
-            strips[std::size_t(i)] = whole_file(
-                picture, {i * rows, std::min((i + 1) * rows, picture.height)}, options.quality);
+            strips_[before + std::size_t(i)] = whole_file(
+                rows, {i * strip_rows_, std::min((i + 1) * strip_rows_, rows.height)}, quality_);
     });
-    if (strips.size() == 1) return std::move(strips.front());
-    return joined(strips, picture.height, blocks * blocks_wide);
+    done_ += rows.height;
+}
+
+std::string JpegWriter::finished() {
+    assert(done_ == height_);
+    if (strips_.size() == 1) return std::move(strips_.front());
+    const int blocks_wide = (width_ - 1) / block_side + 1;
+    return joined(strips_, height_, strip_rows_ / block_side * blocks_wide);
 }
 
 }  // namespace relit

@@ -6,15 +6,33 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/io/encode.h"
 
 namespace relit {
 
-/// Baseline, all components in full resolution.
-/// @pre 1 or 3 channels, at most 65500 pixels a side (asserted)
-/// @throws Error cancelled; std::runtime_error when the encoder fails
-[[nodiscard]] std::string encode_jpeg(const Image& picture, const EncodeOptions& options,
-                                      const EncodeControl& control);
+/// Takes a picture some rows at a time. Baseline, all components in full resolution.
+class JpegWriter {
+public:
+    /// @pre 1 or 3 channels, at most 65500 pixels a side (asserted)
+    JpegWriter(int width, int height, int channels, int quality);
+
+    /// Rows that are compressed together.
+    [[nodiscard]] int strip_rows() const { return strip_rows_; }
+
+    /// The next rows from the top: strips of them, or all that are left (asserted).
+    /// @throws Error cancelled; std::runtime_error when the encoder fails
+    void add(const Image& rows, const EncodeControl& control);
+
+    /// The file, when all rows have been added (asserted).
+    [[nodiscard]] std::string finished();
+
+private:
+    int width_, height_, channels_, quality_;
+    int strip_rows_;
+    int done_ = 0;                     // rows that have been added
+    std::vector<std::string> strips_;  // files of their own
+};
 
 }  // namespace relit

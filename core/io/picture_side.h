@@ -4,20 +4,20 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/image/image.h"
 #include "core/io/encode.h"
 
 namespace relit {
 
 /// @param format_name  "WebP"
 /// @throws Error invalid_value when a side is longer than max_side_of(format)
-inline void check_side(const Image& picture, PictureFormat format, const std::string& format_name) {
+inline void check_side(int width, int height, PictureFormat format,
+                       const std::string& format_name) {
     const int limit = max_side_of(format);
-    if (picture.width > limit || picture.height > limit)
+    if (width > limit || height > limit)
         throw Error(error_code::invalid_value,
                     "a " + format_name + " picture has at most " + std::to_string(limit) +
-                        " pixels a side; this one is " + std::to_string(picture.width) + " x " +
-                        std::to_string(picture.height));
+                        " pixels a side; this one is " + std::to_string(width) + " x " +
+                        std::to_string(height));
 }
 
 }  // namespace relit

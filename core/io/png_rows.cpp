@@ -32,15 +32,16 @@ void average_row(Bytes row, Bytes above, std::size_t pixel_bytes, std::uint8_t* 
 
 }  // namespace
 
-std::size_t png_row_bytes(const Image& picture, int bit_depth) {
-    return 1 + std::size_t(picture.width) * std::size_t(picture.channels * bit_depth / 8);
+std::size_t png_row_bytes(int width, int channels, int bit_depth) {
+    return 1 + std::size_t(width) * std::size_t(channels * bit_depth / 8);
 }
 
-void filter_rows(const Image& picture, int bit_depth, PngFilter filter, RowRange rows,
-                 std::uint8_t* out) {
-    const std::size_t row_bytes = png_row_bytes(picture, bit_depth);
+void filter_rows(const Image& picture, std::span<const float> first_above, int bit_depth,
+                 PngFilter filter, RowRange rows, std::uint8_t* out) {
+    const std::size_t row_bytes = png_row_bytes(picture.width, picture.channels, bit_depth);
     std::vector<std::uint8_t> row(row_bytes - 1), above(row_bytes - 1);  // the first: below black
-    if (rows.begin > 0) big_endian_row(picture.row(rows.begin - 1), bit_depth, above.data());
+    if (rows.begin > 0) first_above = picture.row(rows.begin - 1);
+    if (!first_above.empty()) big_endian_row(first_above, bit_depth, above.data());
     for (int y = rows.begin; y < rows.end; ++y, out += row_bytes) {
         big_endian_row(picture.row(y), bit_depth, row.data());
         out[0] = std::uint8_t(filter);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "core/image/image.h"
@@ -13,13 +14,14 @@ namespace relit {
 enum class PngFilter : std::uint8_t { up = 2, average = 3 };
 
 /// Bytes of one row, its filter's number among them.
-[[nodiscard]] std::size_t png_row_bytes(const Image& picture, int bit_depth);
+[[nodiscard]] std::size_t png_row_bytes(int width, int channels, int bit_depth);
 
 /// Writes the rows `rows` of `picture`, each after its filter's number.
 ///
+/// @param above      the row above row 0 of `picture`; empty: that is the first of all
 /// @param bit_depth  8 or 16
 /// @param out        room for png_row_bytes() for each of the rows
-void filter_rows(const Image& picture, int bit_depth, PngFilter filter, RowRange rows,
-                 std::uint8_t* out);
+void filter_rows(const Image& picture, std::span<const float> above, int bit_depth,
+                 PngFilter filter, RowRange rows, std::uint8_t* out);
 
 }  // namespace relit

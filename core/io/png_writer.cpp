@@ -33,13 +33,13 @@ void append_chunk(std::string& out, std::string_view type, std::string_view data
     append_u32(out, libdeflate_crc32(0, out.data() + start, out.size() - start));
 }
 
-std::string ihdr(const Image& picture, int bit_depth) {
+std::string ihdr(int width, int height, int channels, int bit_depth) {
     constexpr std::array<char, 5> colour_type{0, 0, 4, 2, 6};  // by channels
     std::string data;
-    append_u32(data, std::uint32_t(picture.width));
-    append_u32(data, std::uint32_t(picture.height));
+    append_u32(data, std::uint32_t(width));
+    append_u32(data, std::uint32_t(height));
     data += char(bit_depth);
-    data += colour_type[std::size_t(picture.channels)];
+    data += colour_type[std::size_t(channels)];
     data.append(3, '\0');  // deflate, adaptive filters, not interlaced
     return data;
 }
@@ -88,64 +88,75 @@ Method method_of(Effort effort) {
     return {PngFilter::average, std::size_t(1) << 22};
 }
 
-struct Strip {
-    std::string chunk;  // IDAT
-    std::uint32_t checksum = 1;
-    std::size_t size = 0;  // of what is deflated
-};
+}  // namespace
 
-Strip strip_of(const Image& picture, const EncodeOptions& options, RowRange rows) {
+PngWriter::PngWriter(int width, int height, int channels, EncodeOptions options)
+    : width_(width),
+      height_(height),
+      channels_(channels),
+      options_(std::move(options)),
+      strip_rows_(relit::strip_rows(height, method_of(options_.effort).strip_bytes /
+                                                png_row_bytes(width, channels, options_.bit_depth))),
+      file_("\x89PNG\r\n\x1a\n") {
+    assert(options_.bit_depth == 8 || options_.bit_depth == 16);
+    append_chunk(file_, "IHDR", ihdr(width, height, channels, options_.bit_depth));
+    if (options_.srgb) append_chunk(file_, "sRGB", std::string_view("\0", 1));  // perceptual intent
+    for (const TextEntry& entry : options_.text) append_text(file_, entry);
+}
+
+PngWriter::Strip PngWriter::strip_of(const Image& picture, RowRange rows) const {
     const std::size_t size =
-        std::size_t(rows.end - rows.begin) * png_row_bytes(picture, options.bit_depth);
+        std::size_t(rows.end - rows.begin) * png_row_bytes(width_, channels_, options_.bit_depth);
     const auto filtered = std::make_unique_for_overwrite<std::uint8_t[]>(size);
-    filter_rows(picture, options.bit_depth, method_of(options.effort).filter, rows, filtered.get());
+    filter_rows(picture, above_, options_.bit_depth, method_of(options_.effort).filter, rows,
+                filtered.get());
     const std::span<const std::uint8_t> bytes(filtered.get(), size);
 
     const auto deflated = std::make_unique_for_overwrite<char[]>(2 + deflate_bound(size));
-    const std::size_t head = rows.begin == 0 ? 2 : 0;
+    const std::size_t head = done_ + rows.begin == 0 ? 2 : 0;
     std::copy_n(zlib_header, head, deflated.get());
-    const std::size_t tail = deflate_strip(options.effort, bytes, rows.end == picture.height,
+    const std::size_t tail = deflate_strip(options_.effort, bytes, done_ + rows.end == height_,
                                            reinterpret_cast<std::uint8_t*>(deflated.get()) + head);
-    Strip strip{.checksum = adler32(bytes), .size = size};
+    Strip strip{.chunk = {}, .checksum = adler32(bytes), .size = size};
     append_chunk(strip.chunk, "IDAT", {deflated.get(), head + tail});
     return strip;
 }
 
-void append_texels(std::string& file, const Image& picture, const EncodeOptions& options,
-                   const EncodeControl& control) {
-    const int rows = strip_rows(picture.height, method_of(options.effort).strip_bytes /
-                                                    png_row_bytes(picture, options.bit_depth));
-    std::vector<Strip> strips(std::size_t((picture.height - 1) / rows + 1));
-    parallel_rows(control.executor, int(strips.size()), control.stop, [&](RowRange range) {
+void PngWriter::add(const Image& rows, const EncodeControl& control) {
+    assert(rows.width == width_ && rows.channels == channels_);
+    assert(rows.height % strip_rows_ == 0 || done_ + rows.height == height_);
+    const std::size_t before = strips_.size();
+    const int count = (rows.height - 1) / strip_rows_ + 1;
+    strips_.resize(before + std::size_t(count));
+    parallel_rows(control.executor, count, control.stop, [&](RowRange range) {
         for (int i = range.begin; i < range.end; ++i)
-            strips[std::size_t(i)] =
-                strip_of(picture, options, {i * rows, std::min((i + 1) * rows, picture.height)});
+            strips_[before + std::size_t(i)] =
+                strip_of(rows, {i * strip_rows_, std::min((i + 1) * strip_rows_, rows.height)});
     });
-    std::size_t size = file.size() + 64;
-    for (const Strip& strip : strips) size += strip.chunk.size();
-    file.reserve(size);
+    done_ += rows.height;
+    const std::span<const float> last = rows.row(rows.height - 1);
+    above_.assign(last.begin(), last.end());
+}
+
+void PngWriter::append_strips() {
+    std::size_t size = file_.size() + 64;
+    for (const Strip& strip : strips_) size += strip.chunk.size();
+    file_.reserve(size);
     std::uint32_t checksum = 1;
-    for (Strip& strip : strips) {
-        file += std::exchange(strip.chunk, {});  // not all texels twice in memory
+    for (Strip& strip : strips_) {
+        file_ += std::exchange(strip.chunk, {});  // not all texels twice in memory
         checksum = adler32_joined(checksum, strip.checksum, strip.size);
     }
     std::string end;
     append_u32(end, checksum);
-    append_chunk(file, "IDAT", end);
+    append_chunk(file_, "IDAT", end);
 }
 
-}  // namespace
-
-std::string encode_png(const Image& picture, const EncodeOptions& options,
-                       const EncodeControl& control) {
-    assert(options.bit_depth == 8 || options.bit_depth == 16);
-    std::string file = "\x89PNG\r\n\x1a\n";
-    append_chunk(file, "IHDR", ihdr(picture, options.bit_depth));
-    if (options.srgb) append_chunk(file, "sRGB", std::string_view("\0", 1));  // perceptual intent
-    for (const TextEntry& entry : options.text) append_text(file, entry);
-    append_texels(file, picture, options, control);
-    append_chunk(file, "IEND", {});
-    return file;
+std::string PngWriter::finished() {
+    assert(done_ == height_);
+    append_strips();
+    append_chunk(file_, "IEND", {});
+    return std::move(file_);
 }
 
 }  // namespace relit

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
+
+#include "core/image/picture_rows.h"
 
 namespace relit {
 
@@ -17,6 +20,19 @@ inline constexpr std::size_t strip_bytes = std::size_t(1) << 18;
     const int largest = int(std::clamp<std::size_t>(most, 1, std::size_t(rows)));
     const int count = (rows - 1) / largest + 1;
     return (rows - 1) / count + 1;
+}
+
+/// Rows of a picture to be taken at a time, some strips of them: so few that their floats stay in
+/// memory that is used again for the next ones, and if possible whole squares of texels.
+[[nodiscard]] inline int band_rows(const PictureRows& picture, int strip) {
+    constexpr std::size_t band_bytes = std::size_t(24) << 20;
+    constexpr int square_side = 16;  // that a map is shaded in
+    const std::size_t row_bytes =
+        std::size_t(picture.width) * std::size_t(picture.channels) * sizeof(float);
+    const int most =
+        int(std::min<std::size_t>(band_bytes / row_bytes, std::size_t(picture.height)));
+    const int whole = std::lcm(strip, square_side);
+    return whole <= most ? most / whole * whole : std::max(1, most / strip) * strip;
 }
 
 }  // namespace relit

@@ -32,7 +32,7 @@ WebpPicture::WebpPicture() : WebPPicture() {
 
 void WebpPicture::import(const Image& picture, const Executor& executor,
                          const std::stop_token& stop) {
-    check_side(picture, PictureFormat::webp, "WebP");
+    check_side(picture.width, picture.height, PictureFormat::webp, "WebP");
     const std::vector<std::uint8_t> samples = coloured(picture, executor, stop);
     width = picture.width;
     height = picture.height;

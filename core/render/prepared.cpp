@@ -24,32 +24,8 @@ std::uint64_t bytes_of(const HeightField& field) {
 }
 
 std::uint64_t bytes_of(const PreparedSolid& prepared) {
-    return prepared.solid.bytes() + prepared.packets.bytes() + bytes_of(prepared.slopes) +
-           bytes_of(prepared.bumped_slopes);
-}
-
-Image slopes_of(const HeightField& field, double relief, const Executor& executor) {
-    Image slopes(field.width(), field.height(), 2);
-    parallel_rows(executor, field.height(), {}, [&](RowRange rows) {
-        for (int j = rows.begin; j < rows.end; ++j)
-            for (int i = 0; i < field.width(); ++i) {
-                const Slopes at = slopes_at(field, relief, i, j);
-                slopes.at(i, j, 0) = float(at.x);
-                slopes.at(i, j, 1) = float(at.y);
-            }
-    });
-    return slopes;
-}
-
-// h + b has the sum of their slopes.
-Image bumped_slopes_of(const Scene& scene, const Image& slopes, const Executor& executor) {
-    if (scene.field->bump.empty()) return {};
-    HeightField bump;
-    bump.heights = scene.field->bump;
-    bump.alpha = scene.field->alpha;
-    Image sum = slopes_of(bump, scene.bump_relief, executor);
-    for (std::size_t n = 0; n < sum.values.size(); ++n) sum.values[n] += slopes.values[n];
-    return sum;
+    return prepared.solid.bytes() + prepared.packets.bytes() + prepared.slopes.bytes() +
+           prepared.bumped_slopes.bytes();
 }
 
 TransportSurface surface_of(const HeightField& field, const PreparedSolid& prepared,
@@ -62,8 +38,9 @@ TransportSurface surface_of(const HeightField& field, const PreparedSolid& prepa
             for (int i = 0; i < width; ++i) {
                 surface.z.at(i, j) = prepared.solid.z.at(i + 1, j + 1);
                 if (!field.is_solid(i, j)) continue;
-                const double x = prepared.slopes.at(i, j, 0), y = prepared.slopes.at(i, j, 1);
-                surface.area.at(i, j) = float(texel * texel * std::sqrt(1 + x * x + y * y));
+                const Slopes at = prepared.slopes.at(field, i, j);
+                surface.area.at(i, j) =
+                    float(texel * texel * std::sqrt(1 + at.x * at.x + at.y * at.y));
             }
     });
     return surface;
@@ -74,8 +51,10 @@ TransportSurface surface_of(const HeightField& field, const PreparedSolid& prepa
 PreparedSolid::PreparedSolid(const Scene& scene, const RenderControl& control)
     : solid(make_solid(*scene.field, scene.relief, scene.base, scene.material.depth)),
       packets(solid, control.executor, control.simd),
-      slopes(slopes_of(*scene.field, scene.relief, control.executor)),
-      bumped_slopes(bumped_slopes_of(scene, slopes, control.executor)),
+      slopes(*scene.field, scene.relief, 0, control.executor),
+      bumped_slopes(scene.field->bump.empty() ? MapSlopes()
+                                              : MapSlopes(*scene.field, scene.relief,
+                                                          scene.bump_relief, control.executor)),
       roughness(SkyTransfer::roughness(solid)) {}
 
 std::shared_ptr<const PreparedSolid> prepared_solid(const Scene& scene,
@@ -183,7 +162,8 @@ std::shared_ptr<const DirectionalSum> prepared_directional_sum(const Scene& scen
                 scatter::directional_dipole(scatter::channel(m.medium, c, m.mm_per_width),
                                             {.robust = true, .energy = m.directional_energy});
         auto made = std::make_shared<const DirectionalSum>(
-            surface, prepared.slopes, prepared.shading_slopes(), dipoles, accuracy,
+            surface, prepared.slopes.image(*scene.field, control.executor),
+            prepared.shading_slopes().image(*scene.field, control.executor), dipoles, accuracy,
             control.executor, control.stop, control.simd);
         const std::uint64_t bytes = made->bytes();
         return SharedCache::Made<DirectionalSum>{std::move(made), bytes};

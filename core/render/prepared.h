@@ -7,6 +7,7 @@
 #include <stop_token>
 #include <string>
 
+#include "core/field/map_slopes.h"
 #include "core/light/environment.h"
 #include "core/render/fringe.h"
 #include "core/render/render.h"
@@ -21,14 +22,14 @@ namespace relit {
 struct PreparedSolid {
     Solid solid;
     PacketSolid packets;  ///< of `solid`
-    Image slopes;         ///< dz/dx and dz/dy of every texel (normals.h)
-    Image bumped_slopes;  ///< with those of the bump map; empty: there is none
-    double roughness;     ///< SkyTransfer::roughness()
+    MapSlopes slopes;
+    MapSlopes bumped_slopes;  ///< with those of the bump map; empty: there is none
+    double roughness;         ///< SkyTransfer::roughness()
 
     PreparedSolid(const Scene& scene, const RenderControl& control);
 
     /// What normals to shade with are made of.
-    [[nodiscard]] const Image& shading_slopes() const {
+    [[nodiscard]] const MapSlopes& shading_slopes() const {
         return bumped_slopes.empty() ? slopes : bumped_slopes;
     }
 };

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "core/base/rect.h"
+#include "core/field/map_slopes.h"
 #include "core/light/light.h"
 #include "core/shade/material.h"
 #include "core/visibility/inside_lengths.h"
@@ -70,15 +71,12 @@ inline RayTile surface_starts(const Solid& solid, std::span<const TexelIndex> te
     return tile;
 }
 
-/// Slopes of the texels times `scale`. @param slopes  dz/dx and dz/dy of every texel of the map
-inline void load_slopes(const Image& slopes, std::span<const TexelIndex> texels, float scale,
-                        TileNumbers& x, TileNumbers& y) {
+/// Slopes of the texels times `scale`. @param field  that `slopes` was made of
+inline void load_slopes(const MapSlopes& slopes, const HeightField& field,
+                        std::span<const TexelIndex> texels, float scale, TileNumbers& x,
+                        TileNumbers& y) {
     for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
-        const float* of_run = &slopes.row(at.j)[2 * std::size_t(at.i)];
-        for (std::size_t n = 0; n < size; ++n) {
-            x[k + n] = scale * of_run[2 * n];
-            y[k + n] = scale * of_run[2 * n + 1];
-        }
+        slopes.load(field, at.i, at.j, int(size), scale, &x[k], &y[k]);
     });
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "core/base/parallel.h"
 #include "core/base/shared_cache.h"
@@ -28,12 +29,19 @@ struct RenderControl {
     SharedCache* cache = nullptr;
 };
 
-struct Picture {
-    Image pixels;  ///< 1 (scalar layer), 3 (RGB) or 4 (RGBA) channels, ready for encode()
+/// What is known of a picture without its pixels.
+struct PictureFacts {
+    int width = 0;
+    int height = 0;
+    int channels = 1;  ///< 1 (scalar layer), 3 (RGB) or 4 (RGBA)
     // What was coarser than in the final picture, as Accuracy::preview allows.
     bool coarse_map = false;     ///< shaded on an averaged-down map
     int coarse_environment = 0;  ///< lit from no more directions of an environment; 0: from as many
     bool coarse_transport = false;  ///< light below the surface was summed with larger errors
+};
+
+struct Picture : PictureFacts {
+    Image pixels;  ///< ready for encode()
 };
 
 /// What stands for an environment whose lights are summed one by one (see SkyLight::covers()), in the
@@ -60,5 +68,26 @@ inline constexpr SkyDirections preview_sky{.azimuths = 16, .elevations = 8};
 /// @throws Error cancelled
 [[nodiscard]] Picture render(const Scene& scene, const Output& output,
                              const RenderControl& control);
+
+/// The same picture some rows at a time, so that nobody needs to hold all of it: what is the same for
+/// all rows is prepared once.
+class Rendering {
+public:
+    /// @pre as for render(); what `control` refers to outlives this. @throws Error cancelled
+    Rendering(const Scene& scene, const Output& output, const RenderControl& control);
+    ~Rendering();
+    Rendering(const Rendering&) = delete;
+    Rendering& operator=(const Rendering&) = delete;
+
+    [[nodiscard]] const PictureFacts& facts() const;
+
+    /// Those rows of render()'s picture, number by number. From the top down, for the progress that is
+    /// told; by one thread at a time. @pre at least one row of the picture. @throws Error cancelled
+    [[nodiscard]] Image rows(RowRange rows) const;
+
+private:
+    struct Prepared;
+    std::unique_ptr<const Prepared> prepared_;
+};
 
 }  // namespace relit

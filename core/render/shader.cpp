@@ -56,9 +56,7 @@ void Shader::prefetch_next(TexelIndex at) const {
     for (int j = row; j < std::min(row + side, solid_.height); ++j) {
         __builtin_prefetch(&solid_.z.row(j + 1)[i + 1]);
         if (!sinks_along_normals) continue;
-        const float* slopes = &prepared_->slopes.row(j)[2 * std::size_t(i)];
-        __builtin_prefetch(slopes);
-        __builtin_prefetch(slopes + side);
+        prepared_->slopes.prefetch(i, j, std::min(side, solid_.width - i));
     }
 }
 
@@ -71,7 +69,7 @@ void Shader::sink(std::span<const TexelIndex> texels, RayTile& tile) const {
         return;
     }
     TileNumbers x, y;
-    load_slopes(prepared_->slopes, texels, 1, x, y);
+    load_slopes(prepared_->slopes, field_, texels, 1, x, y);
     for (int k = 0; k < tile.count; ++k) {
         const float normal_z = 1 / std::sqrt(1 + x[k] * x[k] + y[k] * y[k]);
         tile.right[k] += texels_deep * normal_z * x[k];
@@ -124,8 +122,8 @@ struct Shader::Mirrored {
     TileNumbers x, y, z;
 
     Mirrored(const Shader& shader, std::span<const TexelIndex> texels) {
-        load_slopes(shader.prepared_->shading_slopes(), texels, float(shader.scene_.normal_scale),
-                    x, y);
+        load_slopes(shader.prepared_->shading_slopes(), shader.field_, texels,
+                    float(shader.scene_.normal_scale), x, y);
         for (std::size_t k = 0; k < texels.size(); ++k) {
             // 2 (n . v) n - v with n = (-x, -y, 1) / length
             const float twice = 2 / (1 + x[k] * x[k] + y[k] * y[k]);
@@ -183,8 +181,7 @@ void Shader::add_skies(std::span<const TexelIndex> texels, bool is_glossy, TileS
 }
 
 Vec3 Shader::normal(TexelIndex at) const {
-    const float* slopes = &prepared_->shading_slopes().row(at.j)[2 * std::size_t(at.i)];
-    return normal_from({slopes[0], slopes[1]}, scene_.normal_scale);
+    return normal_from(prepared_->shading_slopes().at(field_, at.i, at.j), scene_.normal_scale);
 }
 
 void Shader::beauty_row(int i, int j, int count, std::span<float> rgb) const {

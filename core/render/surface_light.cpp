@@ -45,11 +45,12 @@ struct SurfaceTile {
     TileSums irradiance, entering, entering_behind, highlight, reflected;
     TileSums inward;  // x, y, z, times the luminance of what enters
 
-    SurfaceTile(const PreparedSolid& prepared, std::span<const TexelIndex> texels)
+    SurfaceTile(const HeightField& field, const PreparedSolid& prepared,
+                std::span<const TexelIndex> texels)
         : starts(surface_starts(prepared.solid, texels)),
           is_bumped(!prepared.bumped_slopes.empty()) {
-        load_slopes(prepared.shading_slopes(), texels, 1, slope_x, slope_y);
-        if (is_bumped) load_slopes(prepared.slopes, texels, 1, own_slope_x, own_slope_y);
+        load_slopes(prepared.shading_slopes(), field, texels, 1, slope_x, slope_y);
+        if (is_bumped) load_slopes(prepared.slopes, field, texels, 1, own_slope_x, own_slope_y);
         for (int k = 0; k < starts.count; ++k)
             normal_z[k] = 1 / std::sqrt(1 + slope_x[k] * slope_x[k] + slope_y[k] * slope_y[k]);
     }
@@ -109,7 +110,7 @@ public:
     // The sums of all lights at the texels of one square.
     [[nodiscard]] SurfaceTile lit(std::span<const TexelIndex> texels,
                                   const std::stop_token& stop) const {
-        SurfaceTile tile(prepared_, texels);
+        SurfaceTile tile(*scene_.field, prepared_, texels);
         add_skies(texels, tile);
         for (const auto* samples : {&lights_.suns, &lights_.samples})
             for (const LightSample& sample : *samples) {

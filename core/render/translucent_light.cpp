@@ -97,19 +97,18 @@ Image carried_by_directions(const Scene& scene, const Output& output, const Prep
     return sum->sum(flux, light.inward, control.executor, control.stop);
 }
 
-double normal_z(const Image& slopes, int i, int j) {
-    const double x = slopes.at(i, j, 0), y = slopes.at(i, j, 1);
-    return 1 / std::sqrt(1 + x * x + y * y);
+double normal_z(Slopes slopes) {
+    return 1 / std::sqrt(1 + slopes.x * slopes.x + slopes.y * slopes.y);
 }
 
 // Calls `share_of` with n . v of every texel and multiplies the colour there by it.
 template <class Share>
-void multiply_by_view(Image& light, const PreparedSolid& prepared, const RenderControl& control,
-                      const Share& share_of) {
+void multiply_by_view(Image& light, const HeightField& field, const PreparedSolid& prepared,
+                      const RenderControl& control, const Share& share_of) {
     parallel_rows(control.executor, light.height, control.stop, [&](RowRange rows) {
         for (int j = rows.begin; j < rows.end; ++j)
             for (int i = 0; i < light.width; ++i) {
-                const Rgb share = share_of(normal_z(prepared.shading_slopes(), i, j));
+                const Rgb share = share_of(normal_z(prepared.shading_slopes().at(field, i, j)));
                 float* const out = &light.at(i, j);
                 out[0] *= float(share.r), out[1] *= float(share.g), out[2] *= float(share.b);
             }
@@ -151,10 +150,10 @@ Image subsurface(const Scene& scene, const Output& output, const PreparedSolid& 
     const double eta = m.medium.eta;
     const double all = scatter::diffuse_transmittance(eta);
     if (film) {
-        multiply_by_view(leaving, prepared, control,
+        multiply_by_view(leaving, *scene.field, prepared, control,
                          [&](double cosine) { return (1 / all) * film->leaving(cosine); });
     } else {
-        multiply_by_view(leaving, prepared, control, [&](double cosine) {
+        multiply_by_view(leaving, *scene.field, prepared, control, [&](double cosine) {
             const double share = scatter::transmittance(cosine, eta) / all;
             return Rgb{share, share, share};
         });

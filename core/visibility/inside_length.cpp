@@ -167,8 +167,8 @@ double length_in_cell(const Solid& solid, const TexelRay& ray, int i, int j, dou
     const unsigned cover =
         solid.cover.empty() ? 15u : solid.cover[std::size_t(j) * (solid.width + 1) + i];
     if (cover == 0) return 0;
-    const float* upper = solid.z.values.data() + std::size_t(j) * solid.z.width + i;
-    const float* lower = upper + solid.z.width;
+    const float* upper = solid.z.row(j) + i;
+    const float* lower = upper + solid.z.pitch;
     const Cell cell{upper[0], upper[1], lower[0], lower[1]};
     return cover == 15 ? length_below(cell, ray, i, j, s0, s1)
                        : length_below_masked(cell, ray, i, j, s0, s1, cover);

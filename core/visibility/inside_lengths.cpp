@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/image/large_pages.h"
 #include "core/visibility/inside_length.h"
 
 namespace relit {
@@ -14,7 +13,8 @@ namespace {
 
 using kernels::Bounds;
 
-constexpr int margin = kernels::grid_margin;
+static_assert(GridHeights::margin == kernels::grid_margin &&
+              GridHeights::window == kernels::grid_window);
 constexpr int block = Solid::block_size;
 
 // A height with the mask in its lowest bit.
@@ -27,10 +27,6 @@ bool is_material(const Solid& solid, int u, int v) {
     const unsigned cover = solid.cover[std::size_t(j) * (solid.width + 1) + i];
     return cover >> ((u - i) + 2 * (v - j)) & 1;
 }
-
-struct FreeTexels {
-    void operator()(float* memory) const noexcept { free_texels(memory); }
-};
 
 void merge(Bounds& a, const Bounds& b) {
     a.top = std::max(a.top, b.top);
@@ -67,23 +63,22 @@ Vec3 start_of(const Solid& solid, const RayTile& tile, int k) {
 }  // namespace
 
 struct PacketSolid::Copy {
-    std::unique_ptr<float[], FreeTexels> memory;  // unlike a vector's never written twice
+    GridHeights own;  // where it is no other than the solid's: empty
     std::vector<Bounds> near, far;
     std::vector<float> bend;
     kernels::Grid grid;
 
     Copy(const Solid& solid, bool exchanged, const Executor& executor) {
-        const int points_across = exchanged ? solid.z.height : solid.z.width;
-        const int points_down = exchanged ? solid.z.width : solid.z.height;
-        grid.columns = points_across - 1;
-        grid.rows = points_down - 1;
-        // An odd number of cache lines: columns of a power of two would share the same few sets.
-        grid.pitch = (margin + points_across + 2 * kernels::grid_window + 15) / 16 * 16;
-        if (grid.pitch / 16 % 2 == 0) grid.pitch += 16;
-        memory.reset(static_cast<float*>(
-            allocate_texels(std::size_t(grid.pitch) * points_down * sizeof(float))));
-        grid.z = memory.get() + margin;
-        fill_heights(solid, exchanged, executor);
+        if (exchanged || !solid.cover.empty()) {
+            own = exchanged ? GridHeights(solid.z.height, solid.z.width)
+                            : GridHeights(solid.z.width, solid.z.height);
+            fill_heights(solid, exchanged, executor);
+        }
+        const GridHeights& heights = own.values.empty() ? solid.z : own;
+        grid.columns = heights.width - 1;
+        grid.rows = heights.height - 1;
+        grid.pitch = heights.pitch;
+        grid.z = heights.row(0);
         fill_bounds(solid, exchanged);
         fill_bend(executor);
         grid.near = near.data();
@@ -93,23 +88,20 @@ struct PacketSolid::Copy {
 
     void fill_heights(const Solid& solid, bool exchanged, const Executor& executor) {
         constexpr int band = 16;  // rows at a time, in squares: columns are read in runs
-        const int points_down = grid.rows + 1, points_across = grid.columns + 1;
-        const float* from = solid.z.values.data();
+        const int points_down = own.height, points_across = own.width;
         parallel_rows(executor, (points_down + band - 1) / band, {}, [&](RowRange bands) {
             const int first = bands.begin * band, last = std::min(bands.end * band, points_down);
             for (int u0 = 0; exchanged && u0 < points_across; u0 += band)
                 for (int v = first; v < last; ++v)
                     for (int u = u0; u < std::min(u0 + band, points_across); ++u)
-                        row(v)[u] = from[std::size_t(u) * solid.z.width + v];
+                        own.at(u, v) = solid.z.at(v, u);
             for (int v = first; v < last; ++v) {
-                if (!exchanged) std::copy_n(solid.z.row(v).data(), points_across, row(v));
+                if (!exchanged) std::copy_n(solid.z.row(v), points_across, own.row(v));
                 if (!solid.cover.empty())
                     for (int u = 0; u < points_across; ++u)
-                        row(v)[u] = marked(row(v)[u], exchanged ? is_material(solid, v, u)
-                                                                : is_material(solid, u, v));
-                std::fill(row(v) - margin, row(v), row(v)[0]);
-                std::fill(row(v) + points_across, row(v) - margin + grid.pitch,
-                          row(v)[points_across - 1]);
+                        own.at(u, v) = marked(own.at(u, v), exchanged ? is_material(solid, v, u)
+                                                                      : is_material(solid, u, v));
+                own.repeat_ends(v);
             }
         });
     }
@@ -170,11 +162,11 @@ struct PacketSolid::Copy {
     }
 
     [[nodiscard]] std::uint64_t bytes() const {
-        return std::uint64_t(grid.pitch) * (grid.rows + 1) * sizeof(float) +
-               (near.size() + far.size()) * sizeof(Bounds) + bend.size() * sizeof(float);
+        return own.values.size() * sizeof(float) + (near.size() + far.size()) * sizeof(Bounds) +
+               bend.size() * sizeof(float);
     }
 
-    float* row(int v) { return memory.get() + margin + std::size_t(v) * grid.pitch; }
+    [[nodiscard]] const float* row(int v) const { return grid.z + std::size_t(v) * grid.pitch; }
 };
 
 PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd)

@@ -62,7 +62,7 @@ void SkyWeights::add(Vec3 to_light, Rgb radiance) {
 double SkyTransfer::roughness(const Solid& solid) {
     double sum = 0;
     for (int v = 1; v <= solid.height; ++v) {
-        const float* row = solid.z.row(v).data();
+        const float* row = solid.z.row(v);
         float of_row = 0;
         for (int u = 1; u <= solid.width; ++u)
             of_row += std::abs((row[u - 1] - row[u]) + (row[u + 1] - row[u]));

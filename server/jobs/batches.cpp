@@ -40,7 +40,7 @@ RenderedFrame render_frame(const std::string& text, const std::stop_token& stop,
         scene, description, text,
         {.executor = executor, .stop = stop, .simd = needs.simd, .cache = &needs.cache});
     needs.metrics.rendered_pixels +=
-        std::uint64_t(file.picture.pixels.width) * std::uint64_t(file.picture.pixels.height);
+        std::uint64_t(file.picture.width) * std::uint64_t(file.picture.height);
     return {std::move(file.bytes), std::string(media_type_of(description.output.format))};
 }
 

@@ -28,8 +28,10 @@ public:
     Stages(Spans& spans, Metrics& metrics) : spans_(spans), metrics_(metrics) {}
 
     void parsed() { spans_.push_back({"parse", next()}); }
-    void done(RenderStage stage) {
-        const auto took = next();
+    void done(RenderStage stage) { took(stage, next()); }
+    // Of stages that took turns.
+    void took(RenderStage stage, Clock::duration took) {
+        (void)next();
         metrics_.observe(stage, took);
         spans_.push_back({render_stage_names[std::size_t(stage)], took});
     }
@@ -91,11 +93,10 @@ void in_time(const Request& request, const std::stop_token& superseded,
 }
 
 // "final", or "preview" and what was coarser than in the final picture.
-std::string accuracy_text(const Output& output, const Picture& picture) {
+std::string accuracy_text(const Output& output, const PictureFacts& picture) {
     if (output.accuracy == Accuracy::final) return "final";
     std::string text = "preview";
-    if (picture.coarse_map)
-        text += fmt::format("; map={}x{}", picture.pixels.width, picture.pixels.height);
+    if (picture.coarse_map) text += fmt::format("; map={}x{}", picture.width, picture.height);
     if (picture.coarse_environment > 0)
         text += fmt::format("; environment={}", picture.coarse_environment);
     if (picture.coarse_transport) text += "; transport=coarse";
@@ -151,17 +152,17 @@ Reply picture_in_turn(const RenderRequest& job, const Caching& caching, const st
                             {.executor = services.executor,
                              .stop = stop,
                              .simd = services.simd,
-                             .cache = &services.cache},
-                            [&] { stages.done(RenderStage::render); });
-        stages.done(RenderStage::encode);
+                             .cache = &services.cache});
+        stages.took(RenderStage::render, file.render_time);
+        stages.took(RenderStage::encode, file.encode_time);
     });
     if (caching.unchanged) return not_modified(caching.etag, cache_for_good);
-    const Picture& picture = file.picture;
+    const PictureFacts& picture = file.picture;
     Reply reply;
     reply.body = std::move(file.bytes);
     reply.content_type = media_type_of(job.scene.output.format);
     services.metrics.rendered_pixels +=
-        std::uint64_t(picture.pixels.width) * std::uint64_t(picture.pixels.height);
+        std::uint64_t(picture.width) * std::uint64_t(picture.height);
     reply.headers["Server-Timing"] = timing_text(request.spans);
     reply.headers["Relit-Accuracy"] = accuracy_text(job.scene.output.picture, picture);
     reply.headers["Cache-Control"] = caching.cacheable ? cache_for_good : "no-store";

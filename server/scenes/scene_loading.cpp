@@ -80,20 +80,20 @@ struct FieldImages {
 
 HeightField height_field(const FieldImages& images, Transfer transfer, const DecodeImage& decode,
                          const Executor& executor) {
-    const DecodedImage heights = decoded(images.height, decode);
+    DecodedImage heights = decoded(images.height, decode);
     HeightField field = blaming(images.height.source, [&] {
-        return height_field_from(heights.image, heights.info.has_alpha,
+        return height_field_from(std::move(heights.image), heights.info.has_alpha,
                                  is_unsigned_integer(heights.info.type));
     });
     if (images.alpha) {
-        const DecodedImage alpha = decoded(*images.alpha, decode);
-        set_alpha(field, alpha.image, alpha.info.has_alpha, executor);
+        DecodedImage alpha = decoded(*images.alpha, decode);
+        set_alpha(field, std::move(alpha.image), alpha.info.has_alpha, executor);
     }
     if (images.bump) {
-        const DecodedImage bump = decoded(*images.bump, decode);
+        DecodedImage bump = decoded(*images.bump, decode);
         blaming(images.bump->source, [&] {
-            set_bump(field, bump.image, bump.info.has_alpha, is_unsigned_integer(bump.info.type),
-                     executor);
+            set_bump(field, std::move(bump.image), bump.info.has_alpha,
+                     is_unsigned_integer(bump.info.type), executor);
         });
     }
     if (images.albedo) {
