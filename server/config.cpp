@@ -236,6 +236,8 @@ void add_settings(CLI::App& app, Config& config) {
     setting(app, "--max-scene-cost", limits.max_scene_cost,
             "Texels times samples of light of a picture, some 45 ns of a thread each")
         ->check(CLI::Range(std::int64_t(1), std::int64_t(1) << 60));
+    size_setting(app, "--max-render-memory", limits.max_render_memory_bytes,
+                 "A picture's map and all that is made of it");
     setting(app, "--max-json-depth", limits.json.max_depth, "Levels of a scene's or batch's JSON")
         ->check(CLI::Range(8, 1000));
     setting(app, "--max-json-values", limits.json.max_values, "Values of a scene's or batch's JSON")

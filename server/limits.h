@@ -41,6 +41,8 @@ struct Limits {
     int max_lights = 64;
     /// Texels times samples of light, about 45 ns of a thread each (scene_cost.h): some minutes.
     std::int64_t max_scene_cost = 10'000'000'000;
+    std::size_t max_render_memory_bytes = 12ull
+                                          << 30;  ///< of one picture, as scene_cost.h tells it
 
     // What is kept.
     std::size_t max_storage_bytes = 10ull << 30;  ///< all stored images; old ones go for new ones

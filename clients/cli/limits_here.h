@@ -16,7 +16,9 @@ namespace relit::cli {
     limits.max_image_pixels = endless;
     limits.max_environment_pixels = endless;
     limits.max_output_pixels = endless;
+    limits.max_image_values = endless;
     limits.max_scene_cost = endless;
+    limits.max_render_memory_bytes = std::numeric_limits<std::size_t>::max();
     limits.json.max_values = std::numeric_limits<int>::max();
     limits.max_lights = 1'000'000;
     limits.max_batch_frames = 1'000'000;

@@ -141,6 +141,29 @@ struct Rendering::Prepared {
         return image;
     }
 
+    // Of a picture that is smaller than its map: so that its texels are not all there as floats.
+    [[nodiscard]] int rows_at_once() const {
+        if (is_own_size) return size.height;
+        constexpr double most_bytes = 24 << 20;
+        const double map_rows = std::max(1.0, double(window.height) / size.height);
+        const double row_bytes =
+            map_rows * part.width * sizeof(float) * shaded_channels(output.layer, *scene.field);
+        return std::max(1, int(std::min<double>(most_bytes / row_bytes, size.height)));
+    }
+
+    [[nodiscard]] Image finished_rows(RowRange rows) const {
+        const RowRange read = reads(rows);
+        Image image = shade({*scene.field, *shader, output, nearest.get(), finish},
+                            {part.x, part.y + read.begin, part.width, read.end - read.begin},
+                            double(rows.end) / size.height, control, progress);
+        const bool is_beauty = output.layer == Layer::beauty;
+        if (output.layer == Layer::thickness && !output.linear) cut_thickness(image);
+        if (!is_own_size) image = resized(std::move(image), {rows, read.begin, part.height});
+        if (is_beauty && !finish) finish_beauty(image, output, control.executor, control.stop);
+        if (!is_beauty) finish_data(image, output);
+        return image;
+    }
+
     // Rows of `part` that those of the picture are made of.
     [[nodiscard]] RowRange reads(RowRange rows) const {
         if (is_own_size) return rows;
@@ -165,16 +188,14 @@ const PictureFacts& Rendering::facts() const { return prepared_->facts; }
 Image Rendering::rows(RowRange rows) const {
     const Prepared& p = *prepared_;
     assert(0 <= rows.begin && rows.begin < rows.end && rows.end <= p.size.height);
-    const RowRange read = p.reads(rows);
-    Image image = shade({*p.scene.field, *p.shader, p.output, p.nearest.get(), p.finish},
-                        {p.part.x, p.part.y + read.begin, p.part.width, read.end - read.begin},
-                        double(rows.end) / p.size.height, p.control, p.progress);
-    const bool is_beauty = p.output.layer == Layer::beauty;
-    if (p.output.layer == Layer::thickness && !p.output.linear) cut_thickness(image);
-    if (!p.is_own_size) image = p.resized(std::move(image), {rows, read.begin, p.part.height});
-    if (is_beauty && !p.finish) finish_beauty(image, p.output, p.control.executor, p.control.stop);
-    if (!is_beauty) finish_data(image, p.output);
-    return image;
+    const int step = p.rows_at_once();
+    if (rows.end - rows.begin <= step) return p.finished_rows(rows);
+    Image all(p.facts.width, rows.end - rows.begin, p.facts.channels);
+    for (int y = rows.begin; y < rows.end; y += step) {
+        const Image some = p.finished_rows({y, std::min(y + step, rows.end)});
+        std::copy(some.values.begin(), some.values.end(), all.row(y - rows.begin).begin());
+    }
+    return all;
 }
 
 Picture render(const Scene& scene, const Output& output, const RenderControl& control) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "core/render/render.h"
 #include "server/error_codes.h"
@@ -19,6 +20,17 @@ constexpr double transfer_samples = 12;
 constexpr double final_transport = 150, preview_transport = 10;
 constexpr double final_directional_transport = 500;
 constexpr double usual_texels = 1 << 20;
+
+// Bytes a texel of the map. The heights as they are decoded; as rows and as columns that rays cross,
+// and bounds of them; a mask, what it adds to these, and where its nearest texels are.
+constexpr double bytes_of_heights = 4, bytes_of_solid = 9, bytes_of_mask = 4, bytes_of_albedo = 12;
+constexpr double bytes_of_masked_solid = 10;
+// For an environment, of each half of it, and while that is made.
+constexpr double bytes_of_transfer = 112, bytes_of_sky_levels = 22;
+// Light on the surface and what carries it.
+constexpr double bytes_of_transport = 180, bytes_of_directional = 400;
+// Bytes a pixel: of files that are written band by band, and of those that are not.
+constexpr double bytes_of_written_pixel = 4, bytes_of_whole_pixel = 28;
 
 // A factor of the cost and the field it comes from.
 struct Factor {
@@ -151,6 +163,51 @@ SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_heigh
     return {marched + added, heaviest->field};
 }
 
+SceneMemory scene_memory(const SceneDescription& scene, int map_width, int map_height) {
+    const Output& output = scene.output.picture;
+    const double texels = double(map_width) * map_height;
+    const Rect part = output.region.value_or(Rect{0, 0, map_width, map_height});
+    const PictureSize size = picture_size(output, map_width, map_height);
+    const double pixels = double(size.width) * size.height;
+    const bool is_smaller = output.accuracy == Accuracy::preview && !output.region;
+    const double shaded = is_smaller ? std::min(texels, pixels) : texels;
+
+    double of_map = bytes_of_heights * texels;
+    if (scene.alpha) of_map += bytes_of_mask * texels;
+    if (scene.albedo) of_map += bytes_of_albedo * texels;
+    if (scene.bump) of_map += bytes_of_heights * texels;
+    of_map += bytes_of_solid * shaded;
+    if (scene.alpha) of_map += bytes_of_masked_solid * shaded;
+
+    double of_light = 0;
+    std::string light_field;
+    const double lit = std::min(shaded, double(part.width) * part.height);
+    for (const LightDescription& description : scene.lights) {
+        const auto* const environment = std::get_if<EnvironmentDescription>(&description);
+        if (!environment || !has_transfer(scene, environment->light)) continue;
+        const int halves = scene.base.kind == Base::Kind::none ? 1 : 2;
+        of_light = bytes_of_sky_levels * shaded +
+                   halves * bytes_of_transfer * (scene.alpha ? shaded : lit);
+        light_field = light_of(scene, description, /*is_noise=*/false).field;
+    }
+    const double of_transport =
+        shows_light_below(scene)
+            ? shaded * (scene.material.model == Model::directional_dipole ? bytes_of_directional
+                                                                          : bytes_of_transport)
+            : 0;
+    const bool is_whole =
+        scene.output.format == PictureFormat::exr || scene.output.format == PictureFormat::webp;
+    const double of_picture = pixels * (is_whole ? bytes_of_whole_pixel : bytes_of_written_pixel);
+
+    const std::pair<double, std::string> parts[] = {
+        {of_map, "/height"},
+        {of_light, light_field},
+        {of_transport, "/material/model"},
+        {of_picture, output.width || !output.height ? "/output/width" : "/output/height"}};
+    const auto& largest = *std::max_element(std::begin(parts), std::end(parts));
+    return {of_map + of_light + of_transport + of_picture, largest.second};
+}
+
 void check_cost(const SceneDescription& scene, int map_width, int map_height, const Limits& limits,
                 bool is_noise) {
     const SceneCost cost = scene_cost(scene, map_width, map_height, is_noise);
@@ -161,6 +218,13 @@ void check_cost(const SceneDescription& scene, int map_width, int map_height, co
                         "(max-scene-cost)",
                         cost.texel_samples, limits.max_scene_cost),
             cost.heaviest, "max-scene-cost");
+    const SceneMemory memory = scene_memory(scene, map_width, map_height);
+    if (memory.bytes > double(limits.max_render_memory_bytes))
+        throw Error(error_code::too_costly,
+                    fmt::format("the picture would take about {:.0f} bytes of memory; the limit is "
+                                "{} (max-render-memory)",
+                                memory.bytes, limits.max_render_memory_bytes),
+                    memory.largest, "max-render-memory");
 }
 
 }  // namespace relit::server

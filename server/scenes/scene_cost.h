@@ -24,8 +24,19 @@ struct SceneCost {
 [[nodiscard]] SceneCost scene_cost(const SceneDescription& scene, int map_width, int map_height,
                                    bool is_noise = false);
 
-/// @throws Error too_costly, with the cost and the limit (max-scene-cost); `pointer` is the heaviest
-///         field
+struct SceneMemory {
+    /// That the map, what is prepared of it and the picture take at most while it is rendered.
+    double bytes = 0;
+    std::string largest;  ///< pointer to the field that takes most
+};
+
+/// Of maps of millions of texels within a quarter or so; colour images and environments of other sizes
+/// than the map are left out, as their own limits bound them.
+[[nodiscard]] SceneMemory scene_memory(const SceneDescription& scene, int map_width,
+                                       int map_height);
+
+/// @throws Error too_costly, with the cost and the limit (max-scene-cost), or the memory and its limit
+///         (max-render-memory); `pointer` is the heaviest field
 void check_cost(const SceneDescription& scene, int map_width, int map_height, const Limits& limits,
                 bool is_noise = false);
 

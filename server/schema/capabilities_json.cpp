@@ -56,6 +56,7 @@ OrderedJson limits_of(const Limits& limits) {
         {"maxOutputPixels", limits.max_output_pixels},
         {"maxLights", limits.max_lights},
         {"maxSceneCost", limits.max_scene_cost},
+        {"maxRenderMemory", limits.max_render_memory_bytes},
         {"maxJsonDepth", limits.json.max_depth},
         {"maxJsonValues", limits.json.max_values},
         {"maxDecodeMemory", limits.max_decode_memory_bytes},

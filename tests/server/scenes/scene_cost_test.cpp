@@ -1,6 +1,7 @@
 #include "server/scenes/scene_cost.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include "server/error_codes.h"
 #include "server/scenes/scene_loading.h"
@@ -159,6 +160,47 @@ TEST(SceneCost, NoiseCountsForEnvironments) {
     EXPECT_EQ(code_of(true, 100 * texels), "too-costly");
     EXPECT_EQ(code_of(true, 256 * texels), "loaded");
     EXPECT_EQ(code_of(false, 10 * texels), "too-costly") << "dear enough without";
+}
+
+TEST(SceneMemory, OfALargeMapIsAFewTimesTheMapAndOfSkiesMuchMore) {
+    const auto maps = [](const std::string& rest) {
+        return scene_memory(scene(rest), 16384, 16384).bytes / (4.0 * 16384 * 16384);
+    };
+    const auto largest = [](const std::string& rest) {
+        return scene_memory(scene(rest), 16384, 16384).largest;
+    };
+    EXPECT_LT(maps(R"("output": {"format": "jpeg"})"), 4.5);
+    EXPECT_GT(maps(R"("output": {"format": "jpeg"})"), 3);
+    EXPECT_LT(maps(R"("output": {"format": "png", "width": 1024})"), 3.5);
+    EXPECT_LT(maps(R"("output": {"accuracy": "preview", "width": 1024})"), 1.2);
+    EXPECT_GT(maps(R"("output": {"format": "exr"})"), 10);
+    const std::string sky = R"("light": {"type": "environment", "image": {"image": "b"}})";
+    EXPECT_GT(maps(sky), 30);
+    EXPECT_GT(maps(sky + R"(, "base": "auto")"), 60);
+    EXPECT_LT(maps(sky + R"(, "output": {"region": [0, 0, 512, 512]})"), 10);
+    EXPECT_EQ(largest(sky), "/light");
+    EXPECT_EQ(largest(""), "/height");
+    EXPECT_EQ(largest(R"("output": {"format": "exr"})"), "/output/width");
+    EXPECT_EQ(largest(R"("material": {"model": "dipole", "medium": "marble"})"), "/material/model");
+}
+
+TEST(SceneMemory, BeyondItsLimitIsRefusedWithBothValues) {
+    const SceneDescription of = scene(R"("output": {"format": "jpeg"})");
+    const double bytes = scene_memory(of, 8000, 8000).bytes;
+    try {
+        check_cost(of, 8000, 8000, {.max_render_memory_bytes = 1'000'000'000});
+        ADD_FAILURE() << "accepted";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, error_code::too_costly);
+        EXPECT_EQ(error.what(),
+                  fmt::format("the picture would take about {:.0f} bytes of memory; the limit is "
+                              "1000000000 (max-render-memory)",
+                              bytes));
+        EXPECT_EQ(error.limit, "max-render-memory");
+        EXPECT_EQ(error.pointer, "/height");
+    }
+    EXPECT_NO_THROW(check_cost(of, 8000, 8000, {.max_render_memory_bytes = 1'200'000'000}));
+    EXPECT_NO_THROW(check_cost(of, 16384, 16384, {}));
 }
 
 TEST(SceneCost, TheRefusalHasBothValues) {
