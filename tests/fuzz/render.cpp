@@ -67,10 +67,11 @@ void render(std::string_view input) {
     if (!accepts(load)) return;
     std::string first;
     for (const Simd simd : available_simd()) {
-        const PictureFile file = picture_file(
-            scene, description, text, {.executor = executor, .simd = simd, .cache = &cache});
-        for (const float number : file.picture.pixels.values)
+        const RenderControl control{.executor = executor, .simd = simd, .cache = &cache};
+        const Picture picture = render(scene, picture_output(description.output), control);
+        for (const float number : picture.pixels.values)
             claim(std::isfinite(number), "a picture has numbers only: " + text);
+        const PictureFile file = picture_file(scene, description, text, control);
         claim(!file.bytes.empty(), "a picture has a file");
         if (first.empty()) first = file.bytes;
         claim(file.bytes == first, "a picture is the same with any instructions: " + text);
