@@ -15,7 +15,7 @@
 namespace relit {
 
 /// Part of every ETag: to be raised with each change after which some scene gives another picture.
-inline constexpr int picture_revision = 6;
+inline constexpr int picture_revision = 7;
 
 /// How a render runs and reports; nothing in it changes the picture.
 struct RenderControl {

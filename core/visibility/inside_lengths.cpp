@@ -65,7 +65,6 @@ Vec3 start_of(const Solid& solid, const RayTile& tile, int k) {
 struct PacketSolid::Copy {
     GridHeights own;  // where it is no other than the solid's: empty
     std::vector<Bounds> near, far;
-    std::vector<float> bend;
     kernels::Grid grid;
 
     Copy(const Solid& solid, bool exchanged, const Executor& executor) {
@@ -80,9 +79,7 @@ struct PacketSolid::Copy {
         grid.pitch = heights.pitch;
         grid.z = heights.row(0);
         fill_bounds(solid, exchanged);
-        fill_bend(executor);
         grid.near = near.data();
-        grid.bend = bend.data();
         grid.far = far.data();
     }
 
@@ -129,41 +126,8 @@ struct PacketSolid::Copy {
             for (int p = 0; p < across; ++p) far.push_back(wide(p, q, 8, 4));
     }
 
-    // After the heights and the bounds.
-    void fill_bend(const Executor& executor) {
-        const int across = grid.bounds_across, down = int(near.size()) / across;
-        std::vector<float> small(near.size());
-        bend.resize(near.size());
-        parallel_rows(executor, down, {}, [&](RowRange rows) {
-            for (int q = rows.begin; q < rows.end; ++q) {
-                float* of_row = &small[std::size_t(q) * across];
-                for (int p = 0; p < across; ++p) of_row[p] = bend_of_block(p * block, q * block);
-                for (int p = 0; p < across; ++p)
-                    bend[std::size_t(q) * across + p] =
-                        *std::max_element(of_row + p, of_row + std::min(p + 4, across));
-            }
-        });
-    }
-
-    // Most by which the slope along a row changes from a cell to the next, or to the next row.
-    float bend_of_block(int u0, int v0) {
-        float most = 0;
-        const int last_row = std::min(v0 + block, grid.rows);
-        for (int v = v0; v <= last_row; ++v) {
-            const float* z = row(v) + u0;
-            const float* below = row(std::min(v + 1, last_row)) + u0;
-            for (int u = 0; u < block; ++u) {
-                const float slope = z[u + 1] - z[u];
-                most = std::max(most, std::abs(z[u + 2] - z[u + 1] - slope));
-                most = std::max(most, std::abs(below[u + 1] - below[u] - slope));
-            }
-        }
-        return most;
-    }
-
     [[nodiscard]] std::uint64_t bytes() const {
-        return own.values.size() * sizeof(float) + (near.size() + far.size()) * sizeof(Bounds) +
-               bend.size() * sizeof(float);
+        return own.values.size() * sizeof(float) + (near.size() + far.size()) * sizeof(Bounds);
     }
 
     [[nodiscard]] const float* row(int v) const { return grid.z + std::size_t(v) * grid.pitch; }

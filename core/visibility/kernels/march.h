@@ -26,9 +26,6 @@ struct Grid {
     int columns = 0, rows = 0;  ///< cells
     const Bounds* near =
         nullptr;  ///< 8 rows of cells x 32 columns, from every 8th row and column on
-    /// Most by which the slope along a row changes from a cell of such a block to its neighbour in
-    /// the row or in the column, scene units a texel.
-    const float* bend = nullptr;
     const Bounds* far = nullptr;  ///< 32 rows x 64 columns, from every 32nd row and 8th column on
     int bounds_across = 0;        ///< entries per row of either table
 };

@@ -281,15 +281,13 @@ RELIT_INLINE Floats inner_steps_inside(const TileWay& way, Packet& p, const Hull
             } else {
                 const Stretch stretch{row,       near, broadcast(float(done)) - p.lag,
                                       all_lanes, left, right};
-                const bool is_begun = hull.begun <= float(done);
-                const Mask afar = float(done) < near_steps ? ~all_lanes : lanes_afar(p, stretch);
-                march_stretch<masked>(p, grid, stretch, afar, is_begun, sums);
+                march_stretch<masked>(p, grid, stretch, hull.begun <= float(done), sums);
             }
         }
         done += near;
     }
-    sums.open.template solve<masked>(p, sums.parts);
-    return sums.total();
+    sums.open.template solve<masked>(p, sums.whole, sums.parts);
+    return sums.whole + sums.parts;
 }
 
 // Columns for rows of a square, and back.

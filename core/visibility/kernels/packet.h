@@ -138,11 +138,15 @@ struct OpenSteps {
         keep_cell(step.last, other.last);
         any = any | more;
     }
-    // Adds what lies inside to `parts`, and forgets them.
+    // Adds what lies inside to `parts`, and forgets them. A step that lies inside all along is one of
+    // the `whole`, as it is in company that need not look at it.
     template <bool masked>
-    RELIT_INLINE void solve(const Packet& p, Floats& parts) {
+    RELIT_INLINE void solve(const Packet& p, Floats& whole, Floats& parts) {
         if (!kernels::any(any)) return;
-        parts = select(any, parts + part_inside<masked>(p, step, any), parts);
+        const Floats part = part_inside<masked>(p, step, any), one = broadcast(1.0f);
+        const Mask is_whole = any & (broadcast(0.9999995f) < part);  // its pieces are rounded
+        whole = select(is_whole, whole + one, whole);
+        parts = select(any & ~is_whole, parts + part, parts);
         any = ~all_lanes;
     }
 };
