@@ -117,16 +117,6 @@ void check_picture(const Picture& picture, const EncodeOptions& options,
         check_side(picture.width, picture.height, options.format, "JPEG");
 }
 
-template <class Picture>
-PngWriter png_writer(const Picture& picture, const EncodeOptions& options) {
-    return {picture.width, picture.height, picture.channels, options};
-}
-
-template <class Picture>
-JpegWriter jpeg_writer(const Picture& picture, const EncodeOptions& options) {
-    return {picture.width, picture.height, picture.channels, options.quality};
-}
-
 template <class Writer>
 std::string written(Writer writer, const Image& picture, const EncodeControl& control) {
     writer.add(picture, control);
@@ -141,36 +131,34 @@ std::string written(Writer writer, const PictureRows& picture, const EncodeContr
     return writer.finished();
 }
 
+bool has_strips(PictureFormat format) {
+    return format == PictureFormat::png || format == PictureFormat::jpeg;
+}
+
+// @pre has_strips()
+template <class Picture>
+std::string in_strips(const Picture& picture, const EncodeOptions& options,
+                      const EncodeControl& control) {
+    const int width = picture.width, height = picture.height, channels = picture.channels;
+    return options.format == PictureFormat::png
+               ? written(PngWriter(width, height, channels, options), picture, control)
+               : written(JpegWriter(width, height, channels, options.quality), picture, control);
+}
+
 }  // namespace
 
 std::string encode(const Image& picture, const EncodeOptions& options,
                    const EncodeControl& control) {
     check_picture(picture, options, control);
-    switch (options.format) {
-        case PictureFormat::png:
-            return written(png_writer(picture, options), picture, control);
-        case PictureFormat::jpeg:
-            return written(jpeg_writer(picture, options), picture, control);
-        case PictureFormat::webp:
-            return encode_webp(picture, options, control);
-        case PictureFormat::exr:
-            return encode_exr(picture, options);
-    }
-    return {};
+    if (has_strips(options.format)) return in_strips(picture, options, control);
+    return options.format == PictureFormat::webp ? encode_webp(picture, options, control)
+                                                 : encode_exr(picture, options);
 }
 
 std::string encode(const PictureRows& picture, const EncodeOptions& options,
                    const EncodeControl& control) {
     check_picture(picture, options, control);
-    switch (options.format) {
-        case PictureFormat::png:
-            return written(png_writer(picture, options), picture, control);
-        case PictureFormat::jpeg:
-            return written(jpeg_writer(picture, options), picture, control);
-        case PictureFormat::webp:
-        case PictureFormat::exr:
-            break;
-    }
+    if (has_strips(options.format)) return in_strips(picture, options, control);
     return encode(picture.rows({0, picture.height}), options, control);
 }
 
