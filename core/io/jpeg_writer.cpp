@@ -96,14 +96,8 @@ JpegWriter::JpegWriter(int width, int height, int channels, int quality)
 void JpegWriter::add(const Image& rows, const EncodeControl& control) {
     assert(rows.width == width_ && rows.channels == channels_);
     assert(rows.height % strip_rows_ == 0 || done_ + rows.height == height_);
-    const std::size_t before = strips_.size();
-    const int count = (rows.height - 1) / strip_rows_ + 1;
-    strips_.resize(before + std::size_t(count));
-    parallel_rows(control.executor, count, control.stop, [&](RowRange range) {
-        for (int i = range.begin; i < range.end; ++i)
-            strips_[before + std::size_t(i)] = whole_file(
-                rows, {i * strip_rows_, std::min((i + 1) * strip_rows_, rows.height)}, quality_);
-    });
+    add_strips(strips_, rows.height, strip_rows_, control,
+               [&](RowRange strip) { return whole_file(rows, strip, quality_); });
     done_ += rows.height;
 }
 

@@ -125,14 +125,8 @@ PngWriter::Strip PngWriter::strip_of(const Image& picture, RowRange rows) const 
 void PngWriter::add(const Image& rows, const EncodeControl& control) {
     assert(rows.width == width_ && rows.channels == channels_);
     assert(rows.height % strip_rows_ == 0 || done_ + rows.height == height_);
-    const std::size_t before = strips_.size();
-    const int count = (rows.height - 1) / strip_rows_ + 1;
-    strips_.resize(before + std::size_t(count));
-    parallel_rows(control.executor, count, control.stop, [&](RowRange range) {
-        for (int i = range.begin; i < range.end; ++i)
-            strips_[before + std::size_t(i)] =
-                strip_of(rows, {i * strip_rows_, std::min((i + 1) * strip_rows_, rows.height)});
-    });
+    add_strips(strips_, rows.height, strip_rows_, control,
+               [&](RowRange strip) { return strip_of(rows, strip); });
     done_ += rows.height;
     const std::span<const float> last = rows.row(rows.height - 1);
     above_.assign(last.begin(), last.end());

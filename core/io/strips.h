@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <vector>
 
 #include "core/image/picture_rows.h"
+#include "core/io/encode.h"
 
 namespace relit {
 
@@ -20,6 +22,21 @@ inline constexpr std::size_t strip_bytes = std::size_t(1) << 18;
     const int largest = int(std::clamp<std::size_t>(most, 1, std::size_t(rows)));
     const int count = (rows - 1) / largest + 1;
     return (rows - 1) / count + 1;
+}
+
+/// Adds the strips of so many more rows: what `compress` makes of each strip's, counted from the first
+/// of these. @throws Error cancelled; what `compress` throws
+template <class Strip, class Compress>
+void add_strips(std::vector<Strip>& strips, int rows, int rows_of_strip,
+                const EncodeControl& control, const Compress& compress) {
+    const std::size_t before = strips.size();
+    const int count = (rows - 1) / rows_of_strip + 1;
+    strips.resize(before + std::size_t(count));
+    parallel_rows(control.executor, count, control.stop, [&](RowRange range) {
+        for (int i = range.begin; i < range.end; ++i)
+            strips[before + std::size_t(i)] =
+                compress(RowRange{i * rows_of_strip, std::min((i + 1) * rows_of_strip, rows)});
+    });
 }
 
 /// Rows of a picture to be taken at a time, some strips of them: so few that their floats stay in

@@ -129,8 +129,6 @@ struct PacketSolid::Copy {
     [[nodiscard]] std::uint64_t bytes() const {
         return own.values.size() * sizeof(float) + (near.size() + far.size()) * sizeof(Bounds);
     }
-
-    [[nodiscard]] const float* row(int v) const { return grid.z + std::size_t(v) * grid.pitch; }
 };
 
 PacketSolid::PacketSolid(const Solid& solid, const Executor& executor, Simd simd)
