@@ -15,7 +15,7 @@
 namespace relit {
 
 /// Part of every ETag: to be raised with each change after which some scene gives another picture.
-inline constexpr int picture_revision = 7;
+inline constexpr int picture_revision = 8;
 
 /// How a render runs and reports; nothing in it changes the picture.
 struct RenderControl {

@@ -1,5 +1,5 @@
 // r of many rays towards one light: inside_length() for a whole tile of texels, in packets. For
-// render/. Sources: integrated model, section 2; the march itself is in kernels/packet.h.
+// render/. Sources: integrated model, section 2; the march itself is in kernels/steps.h.
 #pragma once
 
 #include <array>

@@ -41,9 +41,7 @@ RELIT_INLINE Shorts broadcast_pair(const short* p) {
     __builtin_memcpy(&pair, p, 4);
     return {_mm512_set1_epi32(pair)};
 }
-RELIT_INLINE void store(int* p, Ints a) { _mm512_storeu_si512(p, a.v); }
 
-RELIT_INLINE Ints operator*(Ints a, Ints b) { return {_mm512_mullo_epi32(a.v, b.v)}; }
 RELIT_INLINE Ints low_half(Ints a) { return {_mm512_and_si512(a.v, _mm512_set1_epi32(0xffff))}; }
 RELIT_INLINE Ints high_half(Ints a) { return {_mm512_srli_epi32(a.v, 16)}; }
 RELIT_INLINE Ints gather_pairs(const unsigned short* from, Ints at) {

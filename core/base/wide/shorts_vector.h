@@ -74,12 +74,7 @@ RELIT_INLINE Shorts broadcast_pair(const short* p) {
     __builtin_memcpy(&pair, p, 4);
     return {(ShortVector)(IntVector{} + pair)};
 }
-RELIT_INLINE void store(int* p, Ints a) {
-    using Unaligned __attribute__((aligned(4), may_alias)) = IntVector;
-    *(Unaligned*)p = a.v;
-}
 
-RELIT_INLINE Ints operator*(Ints a, Ints b) { return {a.v * b.v}; }
 RELIT_INLINE Ints low_half(Ints a) { return {a.v & 0xffff}; }
 RELIT_INLINE Ints high_half(Ints a) { return {(IntVector)((UnsignedVector)a.v >> 16)}; }
 // Numbers at and after each place, the first in the lower half.

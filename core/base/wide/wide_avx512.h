@@ -22,6 +22,7 @@ RELIT_INLINE Mask operator~(Mask a) { return {__mmask16(~a.bits)}; }
 constexpr Mask all_lanes = {0xffff};
 RELIT_INLINE bool any(Mask a) { return a.bits != 0; }
 RELIT_INLINE bool all(Mask a) { return a.bits == 0xffff; }
+RELIT_INLINE unsigned bits(Mask a) { return a.bits; }
 
 struct Ints {
     __m512i v;
@@ -29,6 +30,11 @@ struct Ints {
 RELIT_INLINE Ints broadcast(int a) { return {_mm512_set1_epi32(a)}; }
 RELIT_INLINE Ints operator+(Ints a, Ints b) { return {_mm512_add_epi32(a.v, b.v)}; }
 RELIT_INLINE Ints operator-(Ints a, Ints b) { return {_mm512_sub_epi32(a.v, b.v)}; }
+RELIT_INLINE Ints operator*(Ints a, Ints b) { return {_mm512_mullo_epi32(a.v, b.v)}; }
+RELIT_INLINE Ints operator&(Ints a, Ints b) { return {_mm512_and_si512(a.v, b.v)}; }
+RELIT_INLINE Ints operator|(Ints a, Ints b) { return {_mm512_or_si512(a.v, b.v)}; }
+RELIT_INLINE Ints load(const int* p) { return {_mm512_loadu_si512(p)}; }
+RELIT_INLINE void store(int* p, Ints a) { _mm512_storeu_si512(p, a.v); }
 RELIT_INLINE Ints clamped(Ints a, int lo, int hi) {
     return {_mm512_min_epi32(_mm512_max_epi32(a.v, _mm512_set1_epi32(lo)), _mm512_set1_epi32(hi))};
 }
@@ -105,6 +111,51 @@ RELIT_INLINE Mask lowest_bit(Floats a) {
 }
 RELIT_INLINE float lowest(Floats a) { return _mm512_reduce_min_ps(a.v); }
 RELIT_INLINE float highest(Floats a) { return _mm512_reduce_max_ps(a.v); }
+
+RELIT_INLINE int* append_lanes(int* to, unsigned which, int first) {
+    const __m512i numbers = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i all = _mm512_add_epi32(numbers, _mm512_set1_epi32(first));
+    _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(__mmask16(which), all));
+    return to + __builtin_popcount(which);
+}
+RELIT_INLINE Floats pick(Floats a, Floats b, Floats c, Floats d, Ints at) {
+    const __m512 low = _mm512_permutex2var_ps(a.v, at.v, b.v);
+    const __m512 high = _mm512_permutex2var_ps(c.v, at.v, d.v);
+    return {_mm512_mask_blend_ps(_mm512_test_epi32_mask(at.v, _mm512_set1_epi32(2 * lanes)), low,
+                                 high)};
+}
+RELIT_INLINE void load_triples(const float* from, const int* at, Floats (&out)[3]) {
+    // Blocks of four lanes, transposed each.
+    const auto every_fourth = [&](int k) RELIT_INLINE_LAMBDA {
+        __m512 a = _mm512_castps128_ps512(_mm_loadu_ps(from + at[k]));
+        a = _mm512_insertf32x4(a, _mm_loadu_ps(from + at[k + 4]), 1);
+        a = _mm512_insertf32x4(a, _mm_loadu_ps(from + at[k + 8]), 2);
+        return _mm512_insertf32x4(a, _mm_loadu_ps(from + at[k + 12]), 3);
+    };
+    const __m512 a = every_fourth(0), b = every_fourth(1), c = every_fourth(2);
+    const __m512 d = every_fourth(3);
+    const __m512d ab = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
+    const __m512d cd = _mm512_castps_pd(_mm512_unpacklo_ps(c, d));
+    const __m512d ab_high = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
+    const __m512d cd_high = _mm512_castps_pd(_mm512_unpackhi_ps(c, d));
+    out[0].v = _mm512_castpd_ps(_mm512_unpacklo_pd(ab, cd));
+    out[1].v = _mm512_castpd_ps(_mm512_unpackhi_pd(ab, cd));
+    out[2].v = _mm512_castpd_ps(_mm512_unpacklo_pd(ab_high, cd_high));
+}
+RELIT_INLINE void store_pairs(float* to, Floats a, Floats b) {
+    const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(lanes / 2));
+    store(to, {_mm512_permutex2var_ps(a.v, low, b.v)});
+    store(to + lanes, {_mm512_permutex2var_ps(a.v, high, b.v)});
+}
+RELIT_INLINE void load_pairs(const float* from, Floats& a, Floats& b) {
+    const __m512i even =
+        _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    const __m512i odd = _mm512_add_epi32(even, _mm512_set1_epi32(1));
+    const __m512 low = load(from).v, high = load(from + lanes).v;
+    a.v = _mm512_permutex2var_ps(low, even, high);
+    b.v = _mm512_permutex2var_ps(low, odd, high);
+}
 
 RELIT_INLINE Floats gather(const float* from, Ints at) {
     return {_mm512_i32gather_ps(at.v, from, 4)};

@@ -2,8 +2,10 @@
 // processor has. Not more than a register: the compiler would take comparisons apart.
 #pragma once
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
 #endif
 
 #define RELIT_INLINE inline __attribute__((always_inline))
@@ -24,6 +26,7 @@ using IntVector = int __attribute__((vector_size(register_size)));
 // In memory that is aligned for its numbers only. In two steps: in one, clang passes over the
 // alignment.
 using UnalignedFloats __attribute__((aligned(4), may_alias)) = FloatVector;
+using UnalignedInts __attribute__((aligned(4), may_alias)) = IntVector;
 
 // True or false per lane.
 struct Mask {
@@ -44,6 +47,18 @@ RELIT_INLINE bool any(Mask a) {
 #endif
 }
 RELIT_INLINE bool all(Mask a) { return !any(~a); }
+// Lane k in bit k.
+RELIT_INLINE unsigned bits(Mask a) {
+#if defined(__AVX2__)
+    return unsigned(_mm256_movemask_ps((__m256)a.v));
+#elif defined(__SSE2__)
+    return unsigned(_mm_movemask_ps((__m128)a.v));
+#else
+    unsigned all = 0;
+    for (int k = 0; k < lanes; ++k) all |= unsigned(a.v[k] & 1) << k;
+    return all;
+#endif
+}
 
 struct Ints {
     IntVector v;
@@ -51,6 +66,11 @@ struct Ints {
 RELIT_INLINE Ints broadcast(int a) { return {IntVector{} + a}; }
 RELIT_INLINE Ints operator+(Ints a, Ints b) { return {a.v + b.v}; }
 RELIT_INLINE Ints operator-(Ints a, Ints b) { return {a.v - b.v}; }
+RELIT_INLINE Ints operator*(Ints a, Ints b) { return {a.v * b.v}; }
+RELIT_INLINE Ints operator&(Ints a, Ints b) { return {a.v & b.v}; }
+RELIT_INLINE Ints operator|(Ints a, Ints b) { return {a.v | b.v}; }
+RELIT_INLINE Ints load(const int* p) { return {*(const UnalignedInts*)p}; }
+RELIT_INLINE void store(int* p, Ints a) { *(UnalignedInts*)p = a.v; }
 RELIT_INLINE Ints clamped(Ints a, int lo, int hi) {
     const IntVector l = IntVector{} + lo, h = IntVector{} + hi;
     const IntVector raised = a.v < l ? l : a.v;
@@ -165,6 +185,79 @@ RELIT_INLINE float highest(Floats a) {
     float most = a.v[0];
     for (int k = 1; k < lanes; ++k) most = a.v[k] > most ? a.v[k] : most;
     return most;
+}
+
+// Writes first + k for each lane k whose bit is set in `which`, in order, and returns where the next
+// is to go. May write as many as there are lanes.
+RELIT_INLINE int* append_lanes(int* to, unsigned which, int first) {
+    for (int k = 0; k < lanes; ++k) {
+        *to = first + k;
+        to += which >> k & 1;
+    }
+    return to;
+}
+// Of the numbers of four registers, one after the other, those at `at`.
+RELIT_INLINE Floats pick(Floats a, Floats b, Floats c, Floats d, Ints at) {
+#ifdef __AVX2__
+    const __m256i index = (__m256i)at.v;
+    const auto of = [&](Floats from) RELIT_INLINE_LAMBDA {
+        return _mm256_permutevar8x32_ps((__m256)from.v, index);
+    };
+    const __m256 in_second = _mm256_castsi256_ps(_mm256_slli_epi32(index, 28));
+    const __m256 in_latter = _mm256_castsi256_ps(_mm256_slli_epi32(index, 27));
+    const __m256 low = _mm256_blendv_ps(of(a), of(b), in_second);
+    const __m256 high = _mm256_blendv_ps(of(c), of(d), in_second);
+    return {(FloatVector)_mm256_blendv_ps(low, high, in_latter)};
+#else
+    float all[4 * lanes];
+    store(all, a);
+    store(all + lanes, b);
+    store(all + 2 * lanes, c);
+    store(all + 3 * lanes, d);
+    Floats out;
+    for (int k = 0; k < lanes; ++k) out.v[k] = all[at.v[k]];
+    return out;
+#endif
+}
+// out[0], out[1] and out[2]: from[at[k]] and the two after it, for each lane k. Reads a fourth.
+RELIT_INLINE void load_triples(const float* from, const int* at, Floats (&out)[3]) {
+#ifdef __AVX2__
+    // Blocks of four lanes, transposed each.
+    const auto every_fourth = [&](int k) RELIT_INLINE_LAMBDA {
+        return _mm256_set_m128(_mm_loadu_ps(from + at[k + 4]), _mm_loadu_ps(from + at[k]));
+    };
+    const __m256 a = every_fourth(0), b = every_fourth(1), c = every_fourth(2);
+    const __m256 d = every_fourth(3);
+    const __m256d ab = (__m256d)_mm256_unpacklo_ps(a, b), cd = (__m256d)_mm256_unpacklo_ps(c, d);
+    const __m256d ab_high = (__m256d)_mm256_unpackhi_ps(a, b);
+    const __m256d cd_high = (__m256d)_mm256_unpackhi_ps(c, d);
+    out[0].v = (FloatVector)_mm256_unpacklo_pd(ab, cd);
+    out[1].v = (FloatVector)_mm256_unpackhi_pd(ab, cd);
+    out[2].v = (FloatVector)_mm256_unpacklo_pd(ab_high, cd_high);
+#else
+    for (int n = 0; n < 3; ++n)
+        for (int k = 0; k < lanes; ++k) out[n].v[k] = from[at[k] + n];
+#endif
+}
+// a and b of each lane next to each other.
+RELIT_INLINE void store_pairs(float* to, Floats a, Floats b) {
+#ifdef __AVX2__
+    store(to, {__builtin_shufflevector(a.v, b.v, 0, 8, 1, 9, 2, 10, 3, 11)});
+    store(to + lanes, {__builtin_shufflevector(a.v, b.v, 4, 12, 5, 13, 6, 14, 7, 15)});
+#else
+    store(to, {__builtin_shufflevector(a.v, b.v, 0, 4, 1, 5)});
+    store(to + lanes, {__builtin_shufflevector(a.v, b.v, 2, 6, 3, 7)});
+#endif
+}
+RELIT_INLINE void load_pairs(const float* from, Floats& a, Floats& b) {
+    const FloatVector low = load(from).v, high = load(from + lanes).v;
+#ifdef __AVX2__
+    a.v = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
+    b.v = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
+#else
+    a.v = __builtin_shufflevector(low, high, 0, 2, 4, 6);
+    b.v = __builtin_shufflevector(low, high, 1, 3, 5, 7);
+#endif
 }
 
 // from[at].

@@ -27,7 +27,11 @@ struct Grid {
     const Bounds* near =
         nullptr;  ///< 8 rows of cells x 32 columns, from every 8th row and column on
     const Bounds* far = nullptr;  ///< 32 rows x 64 columns, from every 32nd row and 8th column on
-    int bounds_across = 0;        ///< entries per row of either table
+    /// Per entry of near: times |slide|, columns per row, at least what the surface leaves the straight
+    /// line by, along a ray from row to row.
+    const float* bend = nullptr;
+    int bounds_across = 0;  ///< entries per row of each table
+    float rounding = 0;  ///< more than floats lose where heights of rays and surface are compared
 };
 inline constexpr int grid_margin = 16;
 inline constexpr int grid_window = 32;

@@ -52,8 +52,11 @@ RELIT_INLINE void march_lanes(const Scenery& scenery, int kind, const double* fr
         for (int b = 0; b < batches; ++b) values[b] = rays[b].*field;
         return to_floats(values);
     };
-    Packet p;
-    p.sign = backwards ? -1 : 1;
+    Bundle bundle;
+    bundle.grid = by_columns ? &scenery.by_columns : &scenery.by_rows;
+    bundle.sign = backwards ? -1 : 1;
+    bundle.clear();
+    Packet& p = bundle.packets[0];
     p.last = floats(&Rays::last);
     const Mask idle = p.last < broadcast(0.0f);
     const auto ints = [&](Doubles Rays::*field) {
@@ -67,7 +70,8 @@ RELIT_INLINE void march_lanes(const Scenery& scenery, int kind, const double* fr
     p.slide = floats(&Rays::slide);
     p.rise = floats(&Rays::rise);
     p.end = floats(&Rays::end);
-    const Floats inside = inside_of<masked>(p, by_columns ? scenery.by_columns : scenery.by_rows);
+    march_alone<masked>(bundle, 0);
+    const Floats inside = bundle.inside(0);
     alignas(64) double found[lanes];
     for (int b = 0; b < batches; ++b)
         store(found + b * batch, rays[b].elsewhere + rays[b].step_length * to_doubles(inside, b));

@@ -1,6 +1,6 @@
 // Rays that start near the texels of a small square of the map, prepared in float: positions count from
 // the square, so that floats are as exact as the heights are. Neighbours in a row, or in a column where
-// rays go by columns, share a packet.
+// rays go by columns, share a packet, and some rows or columns a bundle.
 #pragma once
 
 #include "core/visibility/kernels/steps.h"
@@ -53,9 +53,8 @@ RELIT_INLINE TileWay tile_way(const Scenery& s, const Tile& tile, bool by_column
     return way;
 }
 
-// Rays of a packet that go one way, as far as they are the same wherever they end.
+// What is known of the rays of a packet that go one way besides the packet.
 struct TileRays {
-    Packet packet;         // without last and end
     Floats along, across;  // where they start, from the tile's grid point
     Mask taken;            // those that go this way
     Floats distance;       // steps to the light
@@ -63,10 +62,11 @@ struct TileRays {
     Floats step_length;    // scene units
 };
 
+// Fills in `p` what is the same wherever its rays end.
 // @param masked_ground  there is a mask over endless ground: rays start where they leave the ground,
 //                       since what is masked above it is none of it
 RELIT_INLINE TileRays tile_rays(const TileWay& way, Floats along, Floats across, Floats z,
-                                bool masked_ground) {
+                                bool masked_ground, Packet& p) {
     const Floats one = broadcast(1.0f), zero = broadcast(0.0f);
     const TileLight& light = way.light;
     const auto to_light = [&](float place, Floats from) {
@@ -84,8 +84,6 @@ RELIT_INLINE TileRays tile_rays(const TileWay& way, Floats along, Floats across,
     rays.taken = (way.backwards ? is_backwards : ~is_backwards) &
                  (way.by_columns ? is_by_columns : ~is_by_columns);
 
-    Packet& p = rays.packet;
-    p.sign = way.backwards ? -1 : 1;
     if (light.at_infinity) {
         rays.distance = broadcast(1e30f);
         p.slide = broadcast(light.slide);
@@ -97,7 +95,7 @@ RELIT_INLINE TileRays tile_rays(const TileWay& way, Floats along, Floats across,
         p.slide = way_across * per_step;
         p.rise = way_z * per_step;
     }
-    const Floats sign = broadcast(float(p.sign));
+    const Floats sign = broadcast(way.backwards ? -1.0f : 1.0f);
     rays.ground = zero;
     if (masked_ground && any(z < zero)) {
         rays.ground = select(z < zero, (zero - z) / p.rise, zero);
@@ -123,11 +121,11 @@ struct TileEnds {
     Floats elsewhere;  // steps in the ground beside the map
 };
 
-RELIT_INLINE TileEnds end_rays(const Scenery& s, const TileWay& way, TileRays& rays) {
+RELIT_INLINE TileEnds end_rays(const Scenery& s, const TileWay& way, const TileRays& rays,
+                               Packet& p) {
     const Floats zero = broadcast(0.0f), one = broadcast(1.0f), endless = broadcast(1e30f);
-    Packet& p = rays.packet;
     // Steps from row 0 to where the way leaves the map, to the light, and over everything.
-    const Floats row = broadcast(float(p.sign)) * rays.along - p.begin;
+    const Floats row = broadcast(way.backwards ? -1.0f : 1.0f) * rays.along - p.begin;
     const Floats border = broadcast(way.backwards ? -way.first_row : way.last_row);
     const Floats inverse_slide = one / p.slide;
     const Floats beside = (broadcast(way.last_column) - p.x) * inverse_slide;
@@ -159,7 +157,7 @@ RELIT_INLINE TileEnds end_rays(const Scenery& s, const TileWay& way, TileRays& r
     return ends;
 }
 
-// What bounds all rays of a packet together, so many rows from its first one: between low and
+// What bounds all rays of a bundle together, so many rows from its first one: between low and
 // high + rows * (slope low and high).
 struct Range {
     float low, high, slope_low, slope_high;
@@ -170,8 +168,8 @@ struct Hull {
     Range x, z;
     float distance;  // at least, to the light
     float begun;     // rows after which all rays have begun
-    int first_row;   // times the packet's sign
-    int rows;        // until all rays are over everything, or beyond what ints hold
+    float lowest_start;
+    int rows;  // until all rays are over everything, or beyond what ints hold
 };
 
 // Bounds of (target - a) / b for a and b between bounds, b > 0.
@@ -182,26 +180,43 @@ RELIT_INLINE void bound_slope(float target, float low, float high, float nearest
     range.slope_low = least * (1 / (least > 0 ? farthest : nearest));
 }
 
-RELIT_INLINE Hull hull_of(const Scenery& s, const TileWay& way, TileRays& rays) {
-    const float across_low = lowest(rays.across), across_high = highest(rays.across);
-    Packet& p = rays.packet;
-    const Floats row = broadcast(float(p.sign)) * to_floats(p.row);
-    const float first_row = lowest(row);
-    p.lag = row - broadcast(first_row);
-    const float to_start = highest(p.lag + p.begin);
+template <class Of>
+RELIT_INLINE float lowest_of_packets(const Of& of) {
+    Floats least = of(0);
+    for (int g = 1; g < bundle_packets; ++g) least = min(least, of(g));
+    return lowest(least);
+}
+template <class Of>
+RELIT_INLINE float highest_of_packets(const Of& of) {
+    Floats most = of(0);
+    for (int g = 1; g < bundle_packets; ++g) most = max(most, of(g));
+    return highest(most);
+}
+
+// Fills in the bundle's first row too, and what its packets lag behind it.
+RELIT_INLINE Hull hull_of(const Scenery& s, const TileWay& way, const TileRays* rays, Bundle& b) {
+    const auto across = [&](int g) RELIT_INLINE_LAMBDA { return rays[g].across; };
+    const auto height = [&](int g) RELIT_INLINE_LAMBDA { return b.packets[g].z; };
+    const Floats sign = broadcast(float(b.sign));
+    const auto row = [&](int g) RELIT_INLINE_LAMBDA { return sign * to_floats(b.packets[g].row); };
+    const float across_low = lowest_of_packets(across), across_high = highest_of_packets(across);
+    const float first_row = lowest_of_packets(row);
+    for (int g = 0; g < bundle_packets; ++g) b.packets[g].lag = row(g) - broadcast(first_row);
+    const float to_start = highest_of_packets(
+        [&](int g) RELIT_INLINE_LAMBDA { return b.packets[g].lag + b.packets[g].begin; });
+    b.first_row = int(first_row);
     Hull hull;
-    hull.first_row = int(first_row);
     hull.begun = float(int(to_start)) < to_start ? float(int(to_start)) + 1 : to_start;
-    hull.z.low = lowest(p.z);
-    hull.z.high = highest(p.z);
+    hull.z.low = lowest_of_packets(height);
+    hull.z.high = highest_of_packets(height);
     const TileLight& light = way.light;
     if (light.at_infinity) {
         hull.distance = 1e9f;
         hull.x.slope_low = hull.x.slope_high = light.slide;
         hull.z.slope_low = hull.z.slope_high = light.rise;
     } else {
-        const float tile_row = first_row - float(p.sign * way.row);
-        const float farthest = float(p.sign) * light.along - tile_row;
+        const float tile_row = first_row - float(b.sign * way.row);
+        const float farthest = float(b.sign) * light.along - tile_row;
         hull.distance = farthest - to_start;
         // The starts' own rounding.
         const float nearest = hull.distance * 0.999999f, beyond = farthest * 1.000001f;
@@ -211,19 +226,22 @@ RELIT_INLINE Hull hull_of(const Scenery& s, const TileWay& way, TileRays& rays) 
     // Back from the starts to the first row.
     hull.x.low = across_low - (hull.x.slope_high > 0 ? to_start * hull.x.slope_high : 0);
     hull.x.high = across_high - (hull.x.slope_low < 0 ? to_start * hull.x.slope_low : 0);
+    hull.lowest_start = hull.z.low;
     hull.z.low -= to_start * hull.z.slope_high;
     const float rows = (float(s.top_z) - hull.z.low) / hull.z.slope_low;
     hull.rows = hull.z.slope_low > 0 && rows < 1e6f ? int(rows) + 1 : 1 << 30;
     return hull;
 }
 
-// Whether no ray of the packet ends before it is over everything, and all begin on the map: then
+// Whether no ray of the bundle ends before it is over everything, and all begin on the map: then
 // none needs an end of its own. Steep rays are left to others: their hull is all rounding.
-RELIT_INLINE bool is_inner(const Scenery& s, const TileWay& way, const TileRays& rays,
-                           const Hull& hull) {
-    if (!all(rays.taken) || hull.rows >= 1 << 30 || hull.z.slope_high > 0.5f) return false;
-    const int first = rays.packet.sign * hull.first_row;  // rows of cells 1 to rows - 2 are whole
-    const int last = first + rays.packet.sign * hull.rows;
+RELIT_INLINE bool is_inner(const Scenery& s, const TileWay& way, const TileRays* rays,
+                           const Bundle& b, const Hull& hull) {
+    Mask taken = rays[0].taken;
+    for (int g = 1; g < bundle_packets; ++g) taken = taken & rays[g].taken;
+    if (!all(taken) || hull.rows >= 1 << 30 || hull.z.slope_high > 0.5f) return false;
+    const int first = b.sign * b.first_row;  // rows of cells 1 to rows - 2 are whole
+    const int last = first + b.sign * hull.rows;
     const int low = first < last ? first : last, high = first < last ? last : first;
     if (low < 1 || high > way.grid->rows - 1) return false;
     const float rows = float(hull.rows), inside = 0.01f;
@@ -232,62 +250,67 @@ RELIT_INLINE bool is_inner(const Scenery& s, const TileWay& way, const TileRays&
         hull.x.most(rows) > way.last_column - inside)
         return false;
     if (hull.distance <= rows || hull.distance < 1) return false;
-    return s.endless_ground || all(broadcast(float(s.floor_z) - 1e-7f) <= rays.packet.z);
+    return s.endless_ground || hull.lowest_start >= float(s.floor_z) - 1e-7f;
 }
 
-// Steps of each ray that lie inside; no ray ends on the way.
+// Columns of cells that rays touch.
+struct Columns {
+    int left, right;
+};
+
+RELIT_INLINE Columns columns_of(const Hull& hull, float first_column, int done, int steps) {
+    const float a = float(done), b = float(done + steps), slack = 0.01f;
+    const float least = hull.x.least(a) < hull.x.least(b) ? hull.x.least(a) : hull.x.least(b);
+    const float most = hull.x.most(a) > hull.x.most(b) ? hull.x.most(a) : hull.x.most(b);
+    return {int(least - first_column + 0.5f - slack), int(most - first_column + 0.5f + slack)};
+}
+
+// Marches a bundle of which no ray ends on the way.
 template <bool masked>
-RELIT_INLINE Floats inner_steps_inside(const TileWay& way, Packet& p, const Hull& hull) {
-    const Grid& grid = *way.grid;
-    p.first_whole = ceil(p.begin);
-    p.last = p.last_whole = broadcast(1e9f);
-    p.end = broadcast(1.0f);
-    Sums sums;
+RELIT_INLINE void march_inner(Bundle& b, const TileWay& way, const Hull& hull) {
+    const Grid& grid = *b.grid;
+    for (Packet& p : b.packets) {
+        p.first_whole = ceil(p.begin);
+        p.last = p.last_whole = broadcast(1e9f);
+    }
+    b.ends = false;
+    Floats whole = broadcast(0.0f);  // of all packets
     bool is_clear = false;
     for (int done = 0; done < hull.rows;) {
-        const int row = p.sign * (hull.first_row + done);
-        const int cell_row = p.sign > 0 ? row : row - 1;
-        const auto to_edge = [&](int size) {
-            const int inner = cell_row & (size - 1);
-            const int edge = p.sign > 0 ? size - inner : inner + 1;
-            return edge < hull.rows - done ? edge : hull.rows - done;
-        };
-        const auto columns = [&](int steps, int& left, int& right) {
-            const float a = float(done), b = float(done + steps), slack = 0.01f;
-            const float least =
-                hull.x.least(a) < hull.x.least(b) ? hull.x.least(a) : hull.x.least(b);
-            const float most = hull.x.most(a) > hull.x.most(b) ? hull.x.most(a) : hull.x.most(b);
-            left = int(least - way.first_column + 0.5f - slack);
-            right = int(most - way.first_column + 0.5f + slack);
-        };
+        const int row = b.sign * (b.first_row + done);
+        const CellRow cells(row, b.sign);
+        const int far = cells.to_edge(far_rows, hull.rows - done);
+        const int near = cells.to_edge(near_rows, hull.rows - done);
         const auto is_over = [&](float top) { return top < hull.z.least(float(done)); };
-        const int far = to_edge(far_rows), near = to_edge(near_rows);
-        int left, right;
         if (is_clear && far > near) {
-            columns(far, left, right);
-            const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
-            if (is_over(widest_of(table, left, right, far_columns).top)) {
+            const Columns c = columns_of(hull, way.first_column, done, far);
+            const Bounds* table = cells.row_of(grid.far, grid.bounds_across, far_rows);
+            if (is_over(widest_of(table, c.left, c.right, far_columns).top)) {
                 done += far;
                 continue;
             }
         }
-        columns(near, left, right);
-        const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
-        const Bounds bounds = widest_of(table, left, right, near_columns);
+        const Columns c = columns_of(hull, way.first_column, done, near);
+        const Bounds* table = cells.row_of(grid.near, grid.bounds_across, near_rows);
+        const Bounds bounds = widest_of(table, c.left, c.right, near_columns);
         is_clear = is_over(bounds.top);
-        if (!is_clear) {
-            if (hull.begun <= float(done) && hull.z.most(float(done + near)) < bounds.bottom) {
-                sums.whole = sums.whole + broadcast(float(near));
-            } else {
-                const Stretch stretch{row,       near, broadcast(float(done)) - p.lag,
-                                      all_lanes, left, right};
-                march_stretch<masked>(p, grid, stretch, hull.begun <= float(done), sums);
+        const bool whole_way = hull.begun <= float(done);
+        if (whole_way && hull.z.most(float(done + near)) < bounds.bottom) {
+            whole = whole + broadcast(float(near));
+        } else if (!is_clear) {
+            const float* bends = cells.row_of(grid.bend, grid.bounds_across, near_rows);
+            const float bend = widest_bend(bends, c.left, c.right);
+            for (int g = 0; g < bundle_packets; ++g) {
+                const Stretch s{row,       near,   broadcast(float(done)) - b.packets[g].lag,
+                                all_lanes, c.left, c.right};
+                sift_stretch<masked>(b, g, s, done, whole_way, bend);
             }
+            if (b.open > open_steps) solve_open<masked>(b);
         }
         done += near;
     }
-    sums.open.template solve<masked>(p, sums.whole, sums.parts);
-    return sums.whole + sums.parts;
+    solve_open<masked>(b);
+    for (Floats& w : b.whole) w = w + whole;
 }
 
 // Columns for rows of a square, and back.
@@ -296,31 +319,69 @@ RELIT_INLINE void transpose(const float* from, float* to) {
         for (int k = 0; k < tile_side; ++k) to[i * tile_side + k] = from[k * tile_side + i];
 }
 
+// Where the packets of a bundle are among the rays: so many from one to the next.
+struct Places {
+    int first, stride;
+    RELIT_INLINE int operator[](int g) const { return first + g * stride; }
+};
+
+// The bundle that begins `k` rays after the first. In a square its packets lie under each other, and
+// take no more columns than one.
+RELIT_INLINE Places places_of(int k, bool is_square) {
+    if (!is_square) return {k, lanes};
+    constexpr int bundles_across = tile_side / lanes;
+    const int bundle = k / bundle_rays, down = bundle / bundles_across;
+    return {down * bundle_packets * tile_side + bundle % bundles_across * lanes, tile_side};
+}
+
+// r of the rays of a bundle, each to its own end: into their places of `r`.
+template <bool masked>
+RELIT_INLINE void march_outer(const Scenery& s, const TileWay& way, const TileRays* rays,
+                              int packets, Bundle& b, Places at, float* r) {
+    for (int g = 0; g < packets; ++g) {
+        if (!any(rays[g].taken)) continue;
+        const TileEnds ends = end_rays(s, way, rays[g], b.packets[g]);
+        march_alone<masked>(b, g);
+        const Floats steps = (b.inside(g) + rays[g].ground) + ends.elsewhere;
+        const Floats known =
+            select(ends.left, broadcast(__builtin_nanf("")), steps * rays[g].step_length);
+        store(r + at[g], select(rays[g].taken, known, load(r + at[g])));
+    }
+}
+
 // r of the rays that go this way, into their places of `r`. Never inlined: one copy of the march stays
 // in the processor's cache of instructions.
+// @param count  of rays, a multiple of lanes; max_rays: those of the whole square
 template <bool masked>
 __attribute__((noinline)) void march_way(const Scenery& s, const TileWay& way, int count,
                                          const float* along, const float* across, const float* z,
                                          float* r) {
-    for (int k = 0; k < count; k += lanes) {
-        TileRays rays = tile_rays(way, load(along + k), load(across + k), load(z + k),
-                                  masked && s.endless_ground);
-        if (!any(rays.taken)) continue;
-        const Hull hull = hull_of(s, way, rays);
-        if (is_inner(s, way, rays, hull)) {
-            const Floats inside = inner_steps_inside<masked>(way, rays.packet, hull);
-            store(r + k, (inside + rays.ground) * rays.step_length);
-            continue;
+    Bundle b;
+    b.grid = way.grid;
+    b.sign = way.backwards ? -1 : 1;
+    for (int k = 0; k < count; k += bundle_rays) {
+        const int left = (count - k) / lanes;
+        const int packets = left < bundle_packets ? left : bundle_packets;
+        const Places at = places_of(k, count == max_rays);
+        TileRays rays[bundle_packets];
+        for (int g = 0; g < packets; ++g)
+            rays[g] = tile_rays(way, load(along + at[g]), load(across + at[g]), load(z + at[g]),
+                                masked && s.endless_ground, b.packets[g]);
+        b.clear();
+        const bool is_full = packets == bundle_packets;
+        const Hull hull = is_full ? hull_of(s, way, rays, b) : Hull{};
+        if (is_full && is_inner(s, way, rays, b, hull)) {
+            march_inner<masked>(b, way, hull);
+            for (int g = 0; g < bundle_packets; ++g)
+                store(r + at[g], (b.inside(g) + rays[g].ground) * rays[g].step_length);
+        } else {
+            march_outer<masked>(s, way, rays, packets, b, at, r);
         }
-        const TileEnds ends = end_rays(s, way, rays);
-        const Floats inside = inside_of<masked>(rays.packet, *way.grid);
-        const Floats length = ((inside + rays.ground) + ends.elsewhere) * rays.step_length;
-        const Floats known = select(ends.left, broadcast(__builtin_nanf("")), length);
-        store(r + k, select(rays.taken, known, load(r + k)));
     }
 }
 
-// The ways that rays of the tile take: bit `kind` of each.
+// The ways that `count` rays of the tile take: bit `kind` of each, rows down, rows up, columns down and
+// columns up.
 RELIT_INLINE unsigned ways_of(const Scenery& s, const Tile& tile, int count, const float* right,
                               const float* down) {
     const TileLight light = tile_way(s, tile, false, false).light;
@@ -354,50 +415,54 @@ RELIT_INLINE void prefetch_next(const Grid& grid, int column, int row, bool by_c
     }
 }
 
+// r of a whole square of rays.
 template <bool masked>
 void march_square(const Scenery& s, const Tile& tile, float* r) {
-    constexpr float none = -1;  // no ray of the way that was marched
-    alignas(64) float found[max_rays], turned[max_rays];
-    alignas(64) float across[max_rays], along[max_rays], height[max_rays];
-    alignas(64) float padded[3][max_rays];
-    const int count = (tile.count + lanes - 1) / lanes * lanes;
-    const float *right = tile.right, *down = tile.down, *z = tile.z;
-    if (count != tile.count) {
-        for (int k = 0; k < count; ++k) {
-            const int at = k < tile.count ? k : tile.count - 1;
-            padded[0][k] = tile.right[at];
-            padded[1][k] = tile.down[at];
-            padded[2][k] = tile.z[at];
-        }
-        right = padded[0];
-        down = padded[1];
-        z = padded[2];
-    }
-    for (int k = 0; k < count; ++k) found[k] = turned[k] = none;
-    const unsigned ways = ways_of(s, tile, count, right, down);
+    const unsigned ways = ways_of(s, tile, max_rays, tile.right, tile.down);
     if (ways & 3) prefetch_next(s.by_rows, tile.column, tile.row, false);
     if (ways >> 2) prefetch_next(s.by_columns, tile.row, tile.column, true);
     for (int kind = 0; kind < 2; ++kind)
         if (ways >> kind & 1)
-            march_way<masked>(s, tile_way(s, tile, false, kind == 1), count, down, right, z, found);
-    if (ways >> 2) {
-        const bool is_square = tile.count == max_rays;
-        if (is_square) {
-            transpose(right, along);
-            transpose(down, across);
-            transpose(z, height);
-        }
-        for (int kind = 2; kind < 4; ++kind)
-            if (ways >> kind & 1)
-                march_way<masked>(s, tile_way(s, tile, true, kind == 3), count,
-                                  is_square ? along : right, is_square ? across : down,
-                                  is_square ? height : z, turned);
-        for (int k = 0; k < count; ++k) {
-            const int at = is_square ? k % tile_side * tile_side + k / tile_side : k;
-            if (turned[at] != none) found[k] = turned[at];
-        }
+            march_way<masked>(s, tile_way(s, tile, false, kind == 1), max_rays, tile.down,
+                              tile.right, tile.z, r);
+    if (ways >> 2 == 0) return;
+    alignas(64) float along[max_rays], across[max_rays], z[max_rays], turned[max_rays];
+    transpose(tile.right, along);
+    transpose(tile.down, across);
+    transpose(tile.z, z);
+    if (ways & 3) transpose(r, turned);
+    for (int kind = 2; kind < 4; ++kind)
+        if (ways >> kind & 1)
+            march_way<masked>(s, tile_way(s, tile, true, kind == 3), max_rays, along, across, z,
+                              turned);
+    transpose(turned, r);
+}
+
+// r of any rays near the square.
+template <bool masked>
+void march_some(const Scenery& s, const Tile& tile, float* r) {
+    alignas(64) float right[max_rays], down[max_rays], z[max_rays], found[max_rays];
+    const int count = (tile.count + lanes - 1) / lanes * lanes;
+    for (int k = 0; k < count; ++k) {
+        const int at = k < tile.count ? k : tile.count - 1;  // fills the last packet up
+        right[k] = tile.right[at];
+        down[k] = tile.down[at];
+        z[k] = tile.z[at];
+    }
+    const unsigned ways = ways_of(s, tile, count, right, down);
+    for (int kind = 0; kind < 4; ++kind) {
+        if ((ways >> kind & 1) == 0) continue;
+        const bool by_columns = kind >= 2;
+        march_way<masked>(s, tile_way(s, tile, by_columns, kind % 2 == 1), count,
+                          by_columns ? right : down, by_columns ? down : right, z, found);
     }
     for (int k = 0; k < tile.count; ++k) r[k] = found[k];
+}
+
+template <bool masked>
+void march_rays_of(const Scenery& s, const Tile& tile, float* r) {
+    if (tile.count == max_rays) march_square<masked>(s, tile, r);
+    else march_some<masked>(s, tile, r);
 }
 
 void march_tile(const Scenery& s, const Tile& tile, float* r) {
@@ -411,8 +476,8 @@ void march_tile(const Scenery& s, const Tile& tile, float* r) {
         for (int k = 0; k < tile.count; ++k) r[k] = __builtin_nanf("");
         return;
     }
-    if (s.masked) march_square<true>(s, tile, r);
-    else march_square<false>(s, tile, r);
+    if (s.masked) march_rays_of<true>(s, tile, r);
+    else march_rays_of<false>(s, tile, r);
 }
 
 }  // namespace

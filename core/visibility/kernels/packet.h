@@ -3,8 +3,7 @@
 // in: a lane sees nothing of the others but which steps are worth looking at, and steps that are
 // skipped would have added nothing, or exactly a whole step.
 //
-// The surface is read where a ray crosses the rows of the grid (Grid), by one interpolation along
-// the row. For march_rays.h and march_tile.h, which fill packets, and steps.h, which marches them.
+// For march_rays.h and march_tile.h, which fill packets, and steps.h, which marches them.
 #pragma once
 
 #include "core/visibility/kernels/march.h"
@@ -16,7 +15,6 @@ namespace {
 // one at or before its beginning; the position there is extrapolated. Step n goes from its row n to
 // its row n + 1.
 struct Packet {
-    int sign;            // 1: down the rows, -1: up
     Ints row;            // of the grid: the ray's row 0
     Ints column;         // of the grid: what x counts from
     Floats x;            // at row 0
@@ -31,124 +29,6 @@ struct Packet {
 
     RELIT_INLINE Floats x_at(Floats n) const { return x + n * slide; }
     RELIT_INLINE Floats z_at(Floats n) const { return z + (n - begin) * rise; }
-};
-
-// Part of begin <= t <= end where a t^2 + b t + c is positive; `middle` = (begin + end) / 2.
-RELIT_INLINE Floats positive_part(Floats a, Floats b, Floats c, Floats begin, Floats end,
-                                  Floats middle) {
-    const Floats zero = broadcast(0.0f);
-    const Floats discriminant = b * b - broadcast(4.0f) * a * c;
-    const Floats root = square_root(max(discriminant, zero));
-    // Citardauq form: no cancellation, and the straight line is no special case: with a = +0 the
-    // second root is infinite on the side where it does no harm.
-    const Floats q = broadcast(-0.5f) * (b + with_sign_of(root, b));
-    const Floats root1 = c / q, root2 = q / (a + zero);
-    const Floats first = min(max(min(root1, root2), begin), end);
-    const Floats second = min(max(max(root1, root2), begin), end);
-    // Not the whole less what is between: a steep ray leaves after a trace of a step.
-    const Floats crossed = select(a < zero, second - first, (first - begin) + (end - second));
-    const Floats at_middle = (a * middle + b) * middle + c;
-    const Floats uncrossed = select(zero < at_middle, end - begin, zero);
-    return select(zero < discriminant, crossed, uncrossed);
-}
-
-// Heights at the corners of the cell that a ray crosses between two rows: z10 is the next column's, z01
-// the next row's.
-struct Cell {
-    Floats column, z00, z10, z01, z11;
-};
-
-// A step of each lane, with the cells that its way begins and ends in.
-struct Step {
-    Floats n;
-    Cell first, last;
-};
-
-// A step of every lane, solved for exactly: the part of it that lies inside, in steps. Lanes that
-// are not wanted give any number.
-template <bool masked>
-RELIT_INLINE Floats part_inside(const Packet& p, const Step& step, Mask wanted) {
-    const Floats n = step.n;
-    const Floats zero = broadcast(0.0f), one = broadcast(1.0f), half = broadcast(0.5f);
-    // t is counted from where the way begins in the step.
-    const Floats origin = select(n == zero, p.begin, zero);
-    const Floats x = p.x_at(n) + origin * p.slide;
-    const Floats z = p.z_at(n + origin);
-    const Floats end = select(n == p.last, p.end, one - origin);
-    const Floats x_end = x + end * p.slide;
-    const Floats inverse_slide = one / p.slide;
-
-    const auto crossing = [&](Floats from, Floats to, Floats shift) RELIT_INLINE_LAMBDA {
-        const Floats a = floor(from + shift), b = floor(to + shift);
-        const Floats line = max(a, b) - shift;
-        const Floats t = min(max((line - x) * inverse_slide, zero), end);
-        return select(a == b, end, t);
-    };
-    const auto piece = [&](Floats from, Floats to) RELIT_INLINE_LAMBDA {
-        const Floats middle = half * (from + to);
-        const Floats x_middle = x + middle * p.slide;
-        const Floats column = floor(x_middle);
-        const Mask in_first = column == step.first.column;
-        const auto corner = [&](Floats Cell::*height) RELIT_INLINE_LAMBDA {
-            return select(in_first, step.first.*height, step.last.*height);
-        };
-        const Floats z00 = corner(&Cell::z00), z10 = corner(&Cell::z10);
-        const Floats z01 = corner(&Cell::z01), z11 = corner(&Cell::z11);
-        const Floats across = z10 - z00, twist = (z11 - z01) - across;
-        const Floats a0 = x - column;
-        const Floats down = (z01 - z00) + a0 * twist;
-        const Floats inside =
-            positive_part(p.slide * twist, p.slide * (across + origin * twist) + (down - p.rise),
-                          (z00 + a0 * across) + (origin * down - z), from, to, middle);
-        if constexpr (!masked) return inside;
-        const Mask right = half <= x_middle - column, low = half <= origin + middle;
-        const Floats nearest = select(low, select(right, z11, z01), select(right, z10, z00));
-        return select(lowest_bit(nearest), inside, zero);
-    };
-    const Floats line = crossing(x, x_end, zero);
-    if constexpr (!masked) {
-        const Floats first = piece(zero, line);
-        return any(wanted & (line < end)) ? first + piece(line, end) : first;
-    }
-    const Floats between_columns = crossing(x, x_end, half);
-    const Floats between_rows = min(max(half - origin, zero), end);
-    const Floats a = min(between_columns, between_rows), b = max(between_columns, between_rows);
-    const Floats cut1 = min(a, line), cut2 = min(max(a, line), b), cut3 = max(b, line);
-    return ((piece(zero, cut1) + piece(cut1, cut2)) + piece(cut2, cut3)) + piece(cut3, end);
-}
-
-// At most one step of each lane that is still to be solved: solving costs as much for one lane as
-// for all, so it waits until a lane has a second one.
-struct OpenSteps {
-    Mask any = ~all_lanes;
-    Step step;  // of those; of the others whatever was there
-
-    RELIT_INLINE void add(Mask more, const Step& other) {
-        const auto keep = [&](Floats& kept, Floats a)
-                              RELIT_INLINE_LAMBDA { kept = select(more, a, kept); };
-        const auto keep_cell = [&](Cell& cell, const Cell& a) RELIT_INLINE_LAMBDA {
-            keep(cell.column, a.column);
-            keep(cell.z00, a.z00);
-            keep(cell.z10, a.z10);
-            keep(cell.z01, a.z01);
-            keep(cell.z11, a.z11);
-        };
-        keep(step.n, other.n);
-        keep_cell(step.first, other.first);
-        keep_cell(step.last, other.last);
-        any = any | more;
-    }
-    // Adds what lies inside to `parts`, and forgets them. A step that lies inside all along is one of
-    // the `whole`, as it is in company that need not look at it.
-    template <bool masked>
-    RELIT_INLINE void solve(const Packet& p, Floats& whole, Floats& parts) {
-        if (!kernels::any(any)) return;
-        const Floats part = part_inside<masked>(p, step, any), one = broadcast(1.0f);
-        const Mask is_whole = any & (broadcast(0.9999995f) < part);  // its pieces are rounded
-        whole = select(is_whole, whole + one, whole);
-        parts = select(any & ~is_whole, parts + part, parts);
-        any = ~all_lanes;
-    }
 };
 
 constexpr int near_rows = 8, far_rows = 32;
@@ -195,6 +75,14 @@ RELIT_INLINE Bounds widest_of(const Bounds* table_row, int left, int right, int 
     for (int next = first + stride; next * near_rows <= right; next += stride)
         entry = widest(entry, table_row[next]);
     return entry;
+}
+
+// Grid::bend of the cells of a stretch together.
+RELIT_INLINE float widest_bend(const float* table_row, int left, int right) {
+    float bend = 0;
+    for (int k = left / near_rows; k * near_rows <= right; k += near_columns / near_rows)
+        bend = table_row[k] > bend ? table_row[k] : bend;
+    return bend;
 }
 
 // Whether all lanes pass the stretch wholly above or wholly inside; adds to `whole` if so.
