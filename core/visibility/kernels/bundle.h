@@ -40,6 +40,12 @@ struct Bundle {
         for (Floats& w : whole) w = broadcast(0.0f);
         for (int k = 0; k < 2 * bundle_rays; k += lanes) store(solved + k, broadcast(0.0f));
     }
+    // Adds to the parts of packet g. @pre rays that it adds anything for have none yet
+    RELIT_INLINE void begin_parts(int g, Floats first) {
+        Floats more, parts;
+        load_pairs(solved + 2 * lanes * g, more, parts);
+        store_pairs(solved + 2 * lanes * g, more, parts + first);
+    }
     // Steps that lie inside, of the rays of packet g.
     [[nodiscard]] RELIT_INLINE Floats inside(int g) const {
         Floats more, parts;
@@ -92,11 +98,20 @@ RELIT_INLINE Verdict verdict(const Crossing& from, const Crossing& to, Floats ma
     return {is_whole, touches_inside & ~is_whole};
 }
 
-// Steps that a way begins or ends in are parts of steps.
-RELIT_INLINE Verdict with_ends(const Packet& p, const Stretch& s, Floats n, Verdict v) {
+// Of a step that ways may begin or end in: it is no whole one for them. What is left of the step that a
+// way begins in may lie inside all along.
+struct EndVerdict {
+    Verdict of_whole;
+    Mask is_rest;
+};
+
+RELIT_INLINE EndVerdict with_ends(const Packet& p, const Stretch& s, Floats n, Verdict v) {
     const Mask active = s.relevant & (broadcast(0.0f) <= n) & (n <= p.last);
-    const Mask is_part = (n < p.first_whole) | (p.last_whole < n);
-    return {v.is_whole & active & ~is_part, (v.is_open | is_part) & active};
+    const Mask begins = n < p.first_whole, ends = p.last_whole < n;
+    const Mask is_rest = v.is_whole & active & begins & ~ends & p.row0_on_grid;
+    return {
+        {v.is_whole & active & ~(begins | ends), (v.is_open | begins | ends) & active & ~is_rest},
+        is_rest};
 }
 
 // Packet g over a stretch that begins `done` steps after the bundle's first row.
@@ -111,17 +126,22 @@ RELIT_INLINE void sift_steps(Bundle& b, int g, const Stretch& s, int done, float
     for (int k = 0; k <= s.steps; ++k)
         c[k] = cross_row<masked, Row>(p, Row(first + k * pitch), s, k);
     const Floats margin = magnitude(p.slide) * broadcast(bend) + broadcast(b.grid->rounding);
-    Floats whole = b.whole[g];
+    Floats whole = b.whole[g], rest = broadcast(0.0f);
     OpenStep* open = b.open_list + b.open;
     for (int k = 0; k < s.steps; ++k) {
         Verdict v = verdict<masked>(c[k], c[k + 1], margin);
-        if constexpr (!whole_way) v = with_ends(p, s, step_number(s, k), v);
+        if constexpr (!whole_way) {
+            const EndVerdict e = with_ends(p, s, step_number(s, k), v);
+            rest = select(e.is_rest, broadcast(1.0f) - p.begin, rest);
+            v = e.of_whole;
+        }
         whole = select(v.is_whole, whole + broadcast(1.0f), whole);
         // Written always, and kept if it is one.
         *open = {(done + k) * bundle_rays + g * lanes, bits(v.is_open)};
         open += open->lanes != 0;
     }
     b.whole[g] = whole;
+    if constexpr (!whole_way) b.begin_parts(g, rest);
     b.open = int(open - b.open_list);
 }
 

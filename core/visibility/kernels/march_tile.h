@@ -272,6 +272,7 @@ RELIT_INLINE void march_inner(Bundle& b, const TileWay& way, const Hull& hull) {
     for (Packet& p : b.packets) {
         p.first_whole = ceil(p.begin);
         p.last = p.last_whole = broadcast(1e9f);
+        p.row0_on_grid = all_lanes;
     }
     b.ends = false;
     Floats whole = broadcast(0.0f);  // of all packets

@@ -26,6 +26,7 @@ struct Packet {
     Floats lag;          // steps from the packet's first row to row 0
     // Steps that are no parts: [first_whole, last_whole].
     Floats first_whole, last_whole;
+    Mask row0_on_grid;  // lanes whose position at row 0 is: the surface there can be looked at
 
     RELIT_INLINE Floats x_at(Floats n) const { return x + n * slide; }
     RELIT_INLINE Floats z_at(Floats n) const { return z + (n - begin) * rise; }

@@ -61,7 +61,8 @@ RELIT_INLINE void prepare(const Bundle& b, Ints code, Steps& s) {
     s.origin = select(n == zero, begin, zero);
     s.z = of(&Packet::z) + ((n + s.origin) - begin) * s.rise;
     s.end = one - s.origin;
-    if (b.ends) s.end = select(n == of(&Packet::last), of(&Packet::end), s.end);
+    // Rounded: a way may end before it begins.
+    if (b.ends) s.end = max(select(n == of(&Packet::last), of(&Packet::end), s.end), zero);
     const Floats x = (of(&Packet::x) + n * s.slide) + s.origin * s.slide, column = floor(x);
     s.x = x - column;
     s.rightward = zero <= s.slide;
@@ -133,8 +134,8 @@ RELIT_INLINE void add_pairs(const int* codes, const float* pairs, int count, flo
     }
 }
 
-// Solves for all open steps and forgets them. A step that lies inside all along is a whole one, as it
-// is in company that need not solve for it.
+// Solves for all open steps and forgets them. A step that lies inside all along counts as a whole one,
+// and the rest of one as just that, as they do in company that need not solve for them.
 template <bool masked>
 RELIT_INLINE void solve_open(Bundle& b) {
     if (b.open == 0) return;
@@ -156,9 +157,13 @@ RELIT_INLINE void solve_open(Bundle& b) {
         alignas(64) float found[2 * at_once * lanes];
         for (int k = 0; k < some; k += lanes) prepare(b, load(codes + begin + k), steps[k / lanes]);
         for (int k = 0; k < some; k += lanes) {
+            const Floats end = steps[k / lanes].end;
             const Floats part = part_inside<masked>(b, steps[k / lanes]);
-            const Mask is_whole = broadcast(0.9999995f) < part;  // its pieces are rounded
-            store_pairs(found + 2 * k, select(is_whole, one, zero), select(is_whole, zero, part));
+            // Its pieces are rounded.
+            const Mask is_all = broadcast(0.9999995f) * end < part;
+            const Mask is_whole = is_all & (end == one) & (steps[k / lanes].origin == zero);
+            store_pairs(found + 2 * k, select(is_whole, one, zero),
+                        select(is_whole, zero, select(is_all, end, part)));
         }
         add_pairs(codes + begin, found, some, b.solved);
     }

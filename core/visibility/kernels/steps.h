@@ -69,6 +69,8 @@ RELIT_INLINE void march_alone(Bundle& b, int g) {
     p.first_whole = select(zero < p.begin, one, zero);
     const Floats whole_end = select(p.last == zero, one - p.begin, one);
     p.last_whole = select(p.end < whole_end, p.last - one, p.last);
+    const Floats column = to_floats(p.column) + p.x;
+    p.row0_on_grid = (zero <= column) & (column < broadcast(float(b.grid->columns)));
     b.first_row = int(first_row);
     b.ends = true;
     march_packet<masked>(b, g, int(highest(p.lag + p.last)) + 1);
