@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <span>
 
 #include "core/base/rect.h"
@@ -53,6 +54,12 @@ void for_each_run(std::span<const TexelIndex> texels, const Visit& visit) {
     }
 }
 
+/// Copies a run of texels. Most are whole rows of a square, too short for a call.
+inline void copy_run(const float* from, std::size_t size, float* to) {
+    if (size == RayTile::side) std::memcpy(to, from, RayTile::side * sizeof(float));
+    else std::copy_n(from, size, to);
+}
+
 /// Rays that start on the surface, at texels of one square. @pre 1 to RayTile::max_rays texels
 inline RayTile surface_starts(const Solid& solid, std::span<const TexelIndex> texels) {
     assert(!texels.empty() && texels.size() <= RayTile::max_rays);
@@ -63,7 +70,7 @@ inline RayTile surface_starts(const Solid& solid, std::span<const TexelIndex> te
     tile.count = int(texels.size());
     for_each_run(texels, [&](std::size_t k, std::size_t size, TexelIndex at) {
         assert(at.i / side * side == tile.column && at.j / side * side == tile.row);
-        std::copy_n(&solid.z.row(at.j + 1)[at.i + 1], size, &tile.z[k]);
+        copy_run(&solid.z.row(at.j + 1)[at.i + 1], size, &tile.z[k]);
         for (std::size_t n = 0; n < size; ++n)
             tile.right[k + n] = float(at.i - tile.column + int(n));
         for (std::size_t n = 0; n < size; ++n) tile.down[k + n] = float(at.j - tile.row);

@@ -16,6 +16,7 @@ public:
     void add(TexelIndex source, float* pixel) {
         sources_[size_] = source;
         out_[size_++] = pixel;
+        is_rows_ = false;
     }
     /// `count` texels side by side from `source` on, and their pixels of so many channels.
     void add_row(TexelIndex source, float* pixels, int count, int channels) {
@@ -24,8 +25,11 @@ public:
             out_[size_ + k] = pixels + std::size_t(k) * channels;
         }
         size_ += count;
+        is_rows_ = is_rows_ && count == RayTile::side;
     }
     [[nodiscard]] int size() const { return size_; }
+    /// Rows as long as a square's, their pixels side by side.
+    [[nodiscard]] bool is_rows() const { return is_rows_; }
     [[nodiscard]] std::span<const TexelIndex> sources() const {
         return {sources_.data(), std::size_t(size_)};
     }
@@ -35,16 +39,31 @@ public:
 
 private:
     int size_ = 0;
+    bool is_rows_ = true;
     std::array<TexelIndex, RayTile::max_rays> sources_;
     std::array<float*, RayTile::max_rays> out_;
 };
 
-// One channel after the other. What is beyond all floats is the largest.
+// What is beyond all floats is the largest.
+float stored(float value) { return std::min(value, std::numeric_limits<float>::max()); }
+
+template <int channels>
+void store_rows(const TilePixels& pixels, const float* values) {
+    constexpr int side = RayTile::side;
+    const int size = pixels.size();
+    for (int k = 0; k < size; k += side) {
+        float* out = pixels.out(k);
+        for (int n = 0; n < side; ++n)
+            for (int c = 0; c < channels; ++c)
+                out[n * channels + c] = stored(values[c * size + k + n]);
+    }
+}
+
+// One channel after the other.
 void store(const TilePixels& pixels, std::span<const float> values) {
-    const auto stored = [](float value) {
-        return std::min(value, std::numeric_limits<float>::max());
-    };
     const std::size_t size = pixels.size(), channels = values.size() / size;
+    if (pixels.is_rows() && channels == 1) return store_rows<1>(pixels, values.data());
+    if (pixels.is_rows() && channels == 3) return store_rows<3>(pixels, values.data());
     for (std::size_t k = 0; k < size; ++k) {
         float* out = pixels.out(int(k));
         if (!out) continue;
@@ -57,9 +76,10 @@ void finish_triples(std::span<float> triples, const Output& output) {
     const std::size_t size = triples.size() / 3;
     const std::span<float> red = triples.first(size), green = triples.subspan(size, size),
                            blue = triples.last(size);
-    if (!std::equal(red.begin(), red.end(), green.begin()) ||
-        !std::equal(red.begin(), red.end(), blue.begin()))
-        return finish_colours(triples, output);
+    unsigned coloured = 0;  // looked at to the end: that takes a register of them at a time
+    for (std::size_t k = 0; k < size; ++k)
+        coloured |= unsigned(red[k] != green[k]) | unsigned(red[k] != blue[k]);
+    if (coloured != 0) return finish_colours(triples, output);
     finish_colours(red, output);
     std::copy(red.begin(), red.end(), green.begin());
     std::copy(red.begin(), red.end(), blue.begin());
