@@ -13,10 +13,8 @@
 namespace relit {
 namespace {
 
-// The nearest float; what is beyond them all is the largest.
-float stored_number(double value) {
-    return float(std::min<double>(value, std::numeric_limits<float>::max()));
-}
+// What is beyond all floats is the largest.
+float stored_number(float value) { return std::min(value, std::numeric_limits<float>::max()); }
 
 Rgb rgb_at(const Image& image, TexelIndex at) {
     return {image.at(at.i, at.j, 0), image.at(at.i, at.j, 1), image.at(at.i, at.j, 2)};
@@ -188,24 +186,31 @@ void Shader::beauty_row(int i, int j, int count, std::span<float> rgb) const {
     assert(shades_rows());
     const Material& m = scene_.material;
     const double matt = 1 - m.specular.k;
-    const Rgb base = matt * base_, diffuse = matt * diffuse_, glossy = m.specular.k * specular_;
-    std::vector<Rgb> sums(count);
+    const Rgb own = matt * base_, reflected = matt * diffuse_, glossy = m.specular.k * specular_;
+    const float base[] = {float(own.r), float(own.g), float(own.b)};
+    const float colour[] = {float(reflected.r), float(reflected.g), float(reflected.b)};
+    std::vector<float> sums(3 * std::size_t(count));
+    float* const lit[] = {sums.data(), sums.data() + count, sums.data() + 2 * std::size_t(count)};
     for (const auto& sky : lights_.skies)
-        if (matt > 0) sky->add_diffuse(i, j, sums);
-    const float* albedo =
-        field_.albedo.empty() ? nullptr : &field_.albedo.row(j)[3 * std::size_t(i)];
-    float* out = rgb.data();
-    for (int k = 0; k < count; ++k, out += 3) {
-        Rgb colour = diffuse * sums[k];
-        if (albedo) colour = Rgb{albedo[3 * k], albedo[3 * k + 1], albedo[3 * k + 2]} * colour;
-        colour = base + colour;
-        if (m.specular.k > 0) {
-            const Vec3 n = normal(TexelIndex{i + k, j});
-            for (const auto& sky : lights_.skies) colour = colour + glossy * sky->highlight(n);
-        }
-        out[0] = stored_number(colour.r);
-        out[1] = stored_number(colour.g);
-        out[2] = stored_number(colour.b);
+        if (matt > 0) sky->add_diffuse(i, j, count, lit);
+    for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < count; ++k) lit[c][k] *= colour[c];
+    float* const out = rgb.data();
+    for (int k = 0; k < count; ++k)
+        for (int c = 0; c < 3; ++c) out[3 * k + c] = lit[c][k];
+    if (!field_.albedo.empty()) {
+        const float* albedo = &field_.albedo.row(j)[3 * std::size_t(i)];
+        for (int n = 0; n < 3 * count; ++n) out[n] *= albedo[n];
+    }
+    for (int k = 0; k < count; ++k)
+        for (int c = 0; c < 3; ++c) out[3 * k + c] = stored_number(out[3 * k + c] + base[c]);
+    if (m.specular.k == 0) return;
+    for (int k = 0; k < count; ++k) {
+        const Vec3 n = normal(TexelIndex{i + k, j});
+        Rgb shine;
+        for (const auto& sky : lights_.skies) shine = shine + glossy * sky->highlight(n);
+        const float of[] = {float(shine.r), float(shine.g), float(shine.b)};
+        for (int c = 0; c < 3; ++c) out[3 * k + c] = stored_number(out[3 * k + c] + of[c]);
     }
 }
 

@@ -178,33 +178,36 @@ void SkyLight::prepare_diffuse(const Scene& scene, const Solid& solid,
     sky_ = transfer_->stored(weights);
 }
 
-void SkyLight::add_diffuse(int i, int j, std::span<Rgb> sums) const {
+void SkyLight::add_diffuse(int i, int j, int count, float* const (&sums)[3]) const {
     constexpr int block_texels = SkyTransfer::block_texels;
     float lit[3][block_texels];
     const int first = i - transfer_->part().x;
-    int block = -1;  // that `lit` is of
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-        const int place = first + int(k);
-        if (place / block_texels != block) {
-            block = place / block_texels;
-            transfer_->light(sky_, block, j, lit);
-        }
-        const int n = place % block_texels;
-        sums[k] = sums[k] + Rgb{lit[0][n], lit[1][n], lit[2][n]};
+    for (int k = 0; k < count;) {  // block by block, the first and last in part
+        const int place = first + k, begin = place % block_texels;
+        const int size = std::min(block_texels - begin, count - k);
+        transfer_->light(sky_, place / block_texels, j, lit);
+        for (int c = 0; c < 3; ++c)
+            for (int n = 0; n < size; ++n) sums[c][k + n] += lit[c][begin + n];
+        k += size;
     }
 }
 
 std::vector<Rgb> SkyLight::diffuse(std::span<const TexelIndex> texels) const {
-    std::vector<Rgb> sums(texels.size());
-    for (std::size_t k = 0; k < texels.size();) {  // run by run of neighbours
+    const std::size_t size = texels.size();
+    std::vector<float> sums(3 * size);
+    for (std::size_t k = 0; k < size;) {  // run by run of neighbours
         std::size_t end = k + 1;
-        while (end < texels.size() && texels[end].j == texels[k].j &&
+        while (end < size && texels[end].j == texels[k].j &&
                texels[end].i == texels[k].i + int(end - k))
             ++end;
-        add_diffuse(texels[k].i, texels[k].j, std::span(sums).subspan(k, end - k));
+        add_diffuse(texels[k].i, texels[k].j, int(end - k),
+                    {&sums[k], &sums[size + k], &sums[2 * size + k]});
         k = end;
     }
-    return sums;
+    std::vector<Rgb> colours(size);
+    for (std::size_t k = 0; k < size; ++k)
+        colours[k] = {sums[k], sums[size + k], sums[2 * size + k]};
+    return colours;
 }
 
 }  // namespace relit

@@ -62,8 +62,9 @@ public:
     /// Sum over the light without its suns of radiance times d; of colours also times (1 - k_f) + k_f f.
     [[nodiscard]] std::vector<Rgb> diffuse(std::span<const TexelIndex> texels) const;
 
-    /// The same for the neighbours of row j from column i on, added to `sums`.
-    void add_diffuse(int i, int j, std::span<Rgb> sums) const;
+    /// The same for `count` neighbours of row j from column i on, added to `sums`: so many numbers of each
+    /// colour.
+    void add_diffuse(int i, int j, int count, float* const (&sums)[3]) const;
 
     /// Sum of radiance times s.
     [[nodiscard]] Rgb highlight(Vec3 normal) const { return highlights_->at(normal); }
