@@ -189,7 +189,8 @@ public:
     template <class Shade>
     void shade_square(Rect square, const Shade& shade) const {
         const Rect wanted = intersection(square, part_);
-        TilePixels own, fringe;
+        TilePixels own;
+        std::map<int, TilePixels> fringe;
         for (int j = wanted.y; j < wanted.y + wanted.height; ++j) {
             float* pixels =
                 &image_.row(j - part_.y)[std::size_t(wanted.x - part_.x) * image_.channels];
@@ -205,16 +206,19 @@ public:
         if (own.size() * 4 >= RayTile::max_rays && own.size() < RayTile::max_rays)
             shade(filled_up(own, square));
         else if (own.size() > 0) shade(own);
-        for (const auto& [square_number, pixels] : by_square(fringe)) shade(pixels);
+        for (const auto& [square_number, pixels] : fringe) shade(pixels);
     }
 
 private:
-    void add_pixel(TexelIndex at, float* out, TilePixels& own, TilePixels& fringe) const {
+    // @param fringe  by the square that the colour comes from
+    void add_pixel(TexelIndex at, float* out, TilePixels& own,
+                   std::map<int, TilePixels>& fringe) const {
         const float alpha = field_.alpha.at(at.i, at.j);
         if (alpha == 0) return;  // colour and data are 0
         if (image_.channels == 4) out[3] = alpha;
         if (!nearest_ || field_.is_solid(at.i, at.j)) own.add(at, out);
-        else if (const auto source = nearest_->find(at.i, at.j)) fringe.add(*source, out);
+        else if (const auto source = nearest_->find(at.i, at.j))
+            fringe[square_of(*source, field_)].add(*source, out);
     }
 
     // Texels of the part alone: what is prepared of a map may end with it.
@@ -230,15 +234,6 @@ private:
             all.out((at.j - square.y) * tile_size + (at.i - square.x)) = some.out(k);
         }
         return all;
-    }
-
-    [[nodiscard]] std::map<int, TilePixels> by_square(const TilePixels& fringe) const {
-        std::map<int, TilePixels> squares;
-        for (int k = 0; k < fringe.size(); ++k) {
-            const TexelIndex source = fringe.sources()[k];
-            squares[square_of(source, field_)].add(source, fringe.out(k));
-        }
-        return squares;
     }
 
     static constexpr int line = 16;  // floats of a line of the cache
