@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 
 #include "core/base/rect.h"
@@ -19,6 +20,9 @@ namespace relit {
 
 /// A number per texel of a tile.
 struct alignas(64) TileNumbers : std::array<float, RayTile::max_rays> {};
+
+/// A number as pictures hold it: what is beyond all floats is the largest.
+inline float stored(float value) { return std::min(value, std::numeric_limits<float>::max()); }
 
 inline RayTarget target_of(const LightSample& sample) { return {sample.at, sample.at_infinity}; }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 
 #include "core/render/finish.h"
@@ -43,9 +42,6 @@ private:
     std::array<TexelIndex, RayTile::max_rays> sources_;
     std::array<float*, RayTile::max_rays> out_;
 };
-
-// What is beyond all floats is the largest.
-float stored(float value) { return std::min(value, std::numeric_limits<float>::max()); }
 
 template <int channels>
 void store_rows(const TilePixels& pixels, const float* values) {

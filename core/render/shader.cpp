@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "core/field/normals.h"
@@ -12,9 +11,6 @@
 
 namespace relit {
 namespace {
-
-// What is beyond all floats is the largest.
-float stored_number(float value) { return std::min(value, std::numeric_limits<float>::max()); }
 
 Rgb rgb_at(const Image& image, TexelIndex at) {
     return {image.at(at.i, at.j, 0), image.at(at.i, at.j, 1), image.at(at.i, at.j, 2)};
@@ -203,14 +199,14 @@ void Shader::beauty_row(int i, int j, int count, std::span<float> rgb) const {
         for (int n = 0; n < 3 * count; ++n) out[n] *= albedo[n];
     }
     for (int k = 0; k < count; ++k)
-        for (int c = 0; c < 3; ++c) out[3 * k + c] = stored_number(out[3 * k + c] + base[c]);
+        for (int c = 0; c < 3; ++c) out[3 * k + c] = stored(out[3 * k + c] + base[c]);
     if (m.specular.k == 0) return;
     for (int k = 0; k < count; ++k) {
         const Vec3 n = normal(TexelIndex{i + k, j});
         Rgb shine;
         for (const auto& sky : lights_.skies) shine = shine + glossy * sky->highlight(n);
         const float of[] = {float(shine.r), float(shine.g), float(shine.b)};
-        for (int c = 0; c < 3; ++c) out[3 * k + c] = stored_number(out[3 * k + c] + of[c]);
+        for (int c = 0; c < 3; ++c) out[3 * k + c] = stored(out[3 * k + c] + of[c]);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/angle.h"
+#include "core/render/ray_tile.h"
 #include "core/shade/factors.h"
 
 namespace relit {
@@ -195,15 +196,9 @@ void SkyLight::add_diffuse(int i, int j, int count, float* const (&sums)[3]) con
 std::vector<Rgb> SkyLight::diffuse(std::span<const TexelIndex> texels) const {
     const std::size_t size = texels.size();
     std::vector<float> sums(3 * size);
-    for (std::size_t k = 0; k < size;) {  // run by run of neighbours
-        std::size_t end = k + 1;
-        while (end < size && texels[end].j == texels[k].j &&
-               texels[end].i == texels[k].i + int(end - k))
-            ++end;
-        add_diffuse(texels[k].i, texels[k].j, int(end - k),
-                    {&sums[k], &sums[size + k], &sums[2 * size + k]});
-        k = end;
-    }
+    for_each_run(texels, [&](std::size_t k, std::size_t count, TexelIndex at) {
+        add_diffuse(at.i, at.j, int(count), {&sums[k], &sums[size + k], &sums[2 * size + k]});
+    });
     std::vector<Rgb> colours(size);
     for (std::size_t k = 0; k < size; ++k)
         colours[k] = {sums[k], sums[size + k], sums[2 * size + k]};

@@ -31,12 +31,11 @@ bool is_material(const Solid& solid, int u, int v) {
 void merge(Bounds& a, const Bounds& b) {
     a.top = std::max(a.top, b.top);
     a.bottom = std::min(a.bottom, b.bottom);
+    a.bend = std::max(a.bend, b.bend);
 }
 
 constexpr Bounds nothing{-std::numeric_limits<float>::infinity(),
                          std::numeric_limits<float>::infinity()};
-
-constexpr int near_blocks = 4;  // side by side in an entry of Grid::near
 
 // Raises `most`, per column of cells, to what the surface can bend by on a way through the cells of row
 // v: by its parabola in one cell, and by the kink where the next column's begins.
@@ -50,6 +49,28 @@ void raise_to_bends(const GridHeights& heights, int v, std::vector<float>& most)
         const float kink = std::max(std::abs(above_next - above), std::abs(below_next - below));
         most[u] = std::max(most[u], parabola + kink);
     }
+}
+
+// Bounds::bend of each block: for t in [0, 1] from row to row, the surface leaves its chord by t (1 - t)
+// at most times what it bends by.
+std::vector<float> bends_of_blocks(const GridHeights& heights, const Executor& executor) {
+    const int columns = heights.width - 1, rows = heights.height - 1;
+    const int across = (columns + block - 1) / block, down = (rows + block - 1) / block;
+    std::vector<float> bends(std::size_t(across) * down);
+    parallel_rows(executor, down, {}, [&](RowRange range) {
+        std::vector<float> most(std::size_t(across) * block);
+        for (int q = range.begin; q < range.end; ++q) {
+            std::ranges::fill(most, 0.0f);
+            for (int v = q * block; v < std::min((q + 1) * block, rows); ++v)
+                raise_to_bends(heights, v, most);
+            for (int p = 0; p < across; ++p) {
+                const float* first = &most[std::size_t(p) * block];
+                bends[std::size_t(q) * across + p] =
+                    0.25f * *std::max_element(first, first + block);
+            }
+        }
+    });
+    return bends;
 }
 
 struct Marches {
@@ -81,7 +102,6 @@ Vec3 start_of(const Solid& solid, const RayTile& tile, int k) {
 struct PacketSolid::Copy {
     GridHeights own;  // where it is no other than the solid's: empty
     std::vector<Bounds> near, far;
-    std::vector<float> bend;
     kernels::Grid grid;
 
     Copy(const Solid& solid, bool exchanged, const Executor& executor) {
@@ -96,11 +116,9 @@ struct PacketSolid::Copy {
         grid.pitch = heights.pitch;
         grid.z = heights.row(0);
         grid.rounding = 1e-6f * (std::abs(float(solid.top_z)) + std::abs(float(solid.floor_z)));
-        fill_bounds(solid, exchanged);
-        fill_bends(heights, executor);
+        fill_bounds(solid, exchanged, bends_of_blocks(heights, executor));
         grid.near = near.data();
         grid.far = far.data();
-        grid.bend = bend.data();
     }
 
     void fill_heights(const Solid& solid, bool exchanged, const Executor& executor) {
@@ -123,7 +141,7 @@ struct PacketSolid::Copy {
         });
     }
 
-    void fill_bounds(const Solid& solid, bool exchanged) {
+    void fill_bounds(const Solid& solid, bool exchanged, const std::vector<float>& bends) {
         // Crossings are computed in float: what is this near to a bound may lie beyond it.
         const float slack = grid.rounding;
         const int across = grid.columns / block + 1 - (grid.columns % block == 0);
@@ -131,7 +149,7 @@ struct PacketSolid::Copy {
         const auto bounds = [&](int p, int q) {
             const Block& b = exchanged ? solid.blocks[std::size_t(p) * solid.blocks_across + q]
                                        : solid.blocks[std::size_t(q) * solid.blocks_across + p];
-            return Bounds{b.top + slack, b.bottom - slack};
+            return Bounds{b.top + slack, b.bottom - slack, bends[std::size_t(q) * across + p]};
         };
         const auto wide = [&](int p, int q, int p_size, int q_size) {
             Bounds sum = nothing;
@@ -141,33 +159,13 @@ struct PacketSolid::Copy {
         };
         grid.bounds_across = across;
         for (int q = 0; q < down; ++q)
-            for (int p = 0; p < across; ++p) near.push_back(wide(p, q, near_blocks, 1));
+            for (int p = 0; p < across; ++p) near.push_back(wide(p, q, 4, 1));
         for (int q = 0; q < down; q += 4)
             for (int p = 0; p < across; ++p) far.push_back(wide(p, q, 8, 4));
     }
 
-    // On t in [0, 1] from row to row, the surface leaves its chord by t (1 - t) at most times what it bends by.
-    void fill_bends(const GridHeights& heights, const Executor& executor) {
-        const int across = grid.bounds_across, down = int(near.size()) / across;
-        bend.resize(near.size());
-        parallel_rows(executor, down, {}, [&](RowRange rows) {
-            std::vector<float> most(std::size_t(across) * block);
-            for (int q = rows.begin; q < rows.end; ++q) {
-                std::ranges::fill(most, 0.0f);
-                for (int v = q * block; v < std::min((q + 1) * block, grid.rows); ++v)
-                    raise_to_bends(heights, v, most);
-                for (int p = 0; p < across; ++p) {
-                    const int end = std::min(p + near_blocks, across) * block;
-                    bend[std::size_t(q) * across + p] =
-                        0.25f * *std::max_element(&most[std::size_t(p) * block], most.data() + end);
-                }
-            }
-        });
-    }
-
     [[nodiscard]] std::uint64_t bytes() const {
-        return own.values.size() * sizeof(float) + (near.size() + far.size()) * sizeof(Bounds) +
-               bend.size() * sizeof(float);
+        return own.values.size() * sizeof(float) + (near.size() + far.size()) * sizeof(Bounds);
     }
 };
 

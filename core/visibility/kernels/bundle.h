@@ -116,7 +116,7 @@ RELIT_INLINE EndVerdict with_ends(const Packet& p, const Stretch& s, Floats n, V
 
 // Packet g over a stretch that begins `done` steps after the bundle's first row.
 // @param whole_way  no lane begins or ends on it
-// @param bend       Grid::bend of its cells
+// @param bend       Bounds::bend of its cells
 template <bool masked, bool whole_way, class Row>
 RELIT_INLINE void sift_steps(Bundle& b, int g, const Stretch& s, int done, float bend) {
     const Packet& p = b.packets[g];

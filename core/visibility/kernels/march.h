@@ -12,6 +12,9 @@ namespace relit::kernels {
 /// Top and bottom of a group of cells, as Block, moved apart by more than rounding can do.
 struct Bounds {
     float top, bottom;
+    /// Times |slide|, columns per row, at least what the surface leaves the straight line by, along a
+    /// ray from row to row.
+    float bend;
 };
 
 /// The surface as rays see it whose way is mostly along v: by rows. A copy with u and v exchanged
@@ -27,10 +30,7 @@ struct Grid {
     const Bounds* near =
         nullptr;  ///< 8 rows of cells x 32 columns, from every 8th row and column on
     const Bounds* far = nullptr;  ///< 32 rows x 64 columns, from every 32nd row and 8th column on
-    /// Per entry of near: times |slide|, columns per row, at least what the surface leaves the straight
-    /// line by, along a ray from row to row.
-    const float* bend = nullptr;
-    int bounds_across = 0;  ///< entries per row of each table
+    int bounds_across = 0;        ///< entries per row of each table
     float rounding = 0;  ///< more than floats lose where heights of rays and surface are compared
 };
 inline constexpr int grid_margin = 16;

@@ -66,7 +66,8 @@ RELIT_INLINE Stretch stretch(const Packet& p, const Grid& grid, int row, int don
 }
 
 RELIT_INLINE Bounds widest(Bounds a, Bounds b) {
-    return {b.top > a.top ? b.top : a.top, b.bottom < a.bottom ? b.bottom : a.bottom};
+    return {b.top > a.top ? b.top : a.top, b.bottom < a.bottom ? b.bottom : a.bottom,
+            b.bend > a.bend ? b.bend : a.bend};
 }
 
 // What the table whose entries hold `columns` cells says of the cells of a stretch together.
@@ -76,14 +77,6 @@ RELIT_INLINE Bounds widest_of(const Bounds* table_row, int left, int right, int 
     for (int next = first + stride; next * near_rows <= right; next += stride)
         entry = widest(entry, table_row[next]);
     return entry;
-}
-
-// Grid::bend of the cells of a stretch together.
-RELIT_INLINE float widest_bend(const float* table_row, int left, int right) {
-    float bend = 0;
-    for (int k = left / near_rows; k * near_rows <= right; k += near_columns / near_rows)
-        bend = table_row[k] > bend ? table_row[k] : bend;
-    return bend;
 }
 
 // Whether all lanes pass the stretch wholly above or wholly inside; adds to `whole` if so.

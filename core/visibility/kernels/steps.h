@@ -17,10 +17,14 @@ struct CellRow {
         const int edge = sign > 0 ? size - inner : inner + 1;
         return edge < at_most ? edge : at_most;
     }
-    // Of a table whose entries hold `rows` rows of cells.
-    template <class Entry>
-    [[nodiscard]] RELIT_INLINE const Entry* row_of(const Entry* table, int across, int rows) const {
-        return table + long(cell_row / rows) * across;
+    // What the tables say of the cells from column `left` to `right`.
+    [[nodiscard]] RELIT_INLINE Bounds near(const Grid& grid, int left, int right) const {
+        const Bounds* table = grid.near + long(cell_row / near_rows) * grid.bounds_across;
+        return widest_of(table, left, right, near_columns);
+    }
+    [[nodiscard]] RELIT_INLINE Bounds far(const Grid& grid, int left, int right) const {
+        const Bounds* table = grid.far + long(cell_row / far_rows) * grid.bounds_across;
+        return widest_of(table, left, right, far_columns);
     }
 };
 
@@ -37,18 +41,16 @@ RELIT_INLINE void march_packet(Bundle& b, int g, int steps) {
         const int near = cells.to_edge(near_rows, steps - done);
         if (is_clear && far > near) {
             const Stretch s = stretch(p, grid, row, done, far);
-            const Bounds* table = cells.row_of(grid.far, grid.bounds_across, far_rows);
-            if (passes(p, s, widest_of(table, s.left, s.right, far_columns), b.whole[g])) {
+            if (passes(p, s, cells.far(grid, s.left, s.right), b.whole[g])) {
                 done += far;
                 continue;
             }
         }
         const Stretch s = stretch(p, grid, row, done, near);
-        const Bounds* table = cells.row_of(grid.near, grid.bounds_across, near_rows);
-        is_clear = passes(p, s, widest_of(table, s.left, s.right, near_columns), b.whole[g]);
+        const Bounds bounds = cells.near(grid, s.left, s.right);
+        is_clear = passes(p, s, bounds, b.whole[g]);
         if (!is_clear) {
-            const float* bends = cells.row_of(grid.bend, grid.bounds_across, near_rows);
-            sift_stretch<masked>(b, g, s, done, false, widest_bend(bends, s.left, s.right));
+            sift_stretch<masked>(b, g, s, done, false, bounds.bend);
             if (b.open > open_steps) solve_open<masked>(b);
         }
         done += near;
